@@ -1,0 +1,73 @@
+//! Holes in an impostor.
+
+use crate::NONE;
+use farfield_grid::Grid;
+
+/// The pixels (x, y) where one looks through the impostor, row by row: the original covers the
+/// whole 3 x 3 neighbourhood, but the impostor shows nothing, or a layer whose index exceeds by
+/// more than one the greatest among the nine.
+///
+/// * `original`, `impostor` - per pixel the index of the layer whose range holds the depth seen,
+///   or [`NONE`] ([`layer_indices`](crate::layer_indices))
+///
+/// Pixels at the picture's border lack neighbours and are never gaps.
+///
+/// # Panics
+///
+/// When the pictures are not equally large.
+pub fn gap_pixels(original: &Grid<u32>, impostor: &Grid<u32>) -> Vec<[u32; 2]> {
+    let (width, height) = (original.width(), original.height());
+    assert_eq!((impostor.width(), impostor.height()), (width, height));
+    let mut gaps = Vec::new();
+    for y in 1..height.saturating_sub(1) {
+        // Greatest of three rows, column by column; `NONE` is greater than any index.
+        let rows = [original.row(y - 1), original.row(y), original.row(y + 1)];
+        let greatest = |x: usize| rows[0][x].max(rows[1][x]).max(rows[2][x]);
+        for x in 1..width.saturating_sub(1) {
+            let behind = greatest(x - 1).max(greatest(x)).max(greatest(x + 1));
+            let seen = impostor.row(y)[x];
+            if behind != NONE && (seen == NONE || seen > behind + 1) {
+                gaps.push([x as u32, y as u32]);
+            }
+        }
+    }
+    gaps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn indices() -> impl Strategy<Value = Grid<u32>> {
+        // Mostly covered, or no 3 x 3 neighbourhood ever would be.
+        let index = prop_oneof![40 => 0..6u32, 1 => Just(NONE)];
+        prop::collection::vec(index, 7 * 5).prop_map(|cells| Grid::from_cells(7, 5, cells))
+    }
+
+    proptest! {
+        /// Gaps are found exactly where the definition, written down pixel by pixel, has them.
+        #[test]
+        fn gaps_are_where_the_definition_has_them(original in indices(), impostor in indices()) {
+            let mut expected = Vec::new();
+            for y in 1..4 {
+                for x in 1..6 {
+                    let nine: Vec<u32> =
+                        (0..9).map(|i| original[(x + i % 3 - 1, y + i / 3 - 1)]).collect();
+                    let all = nine.iter().all(|i| *i != NONE);
+                    let seen = impostor[(x, y)];
+                    if all && (seen == NONE || seen > nine.iter().max().unwrap() + 1) {
+                        expected.push([x as u32, y as u32]);
+                    }
+                }
+            }
+            prop_assert_eq!(gap_pixels(&original, &impostor), expected);
+        }
+
+        /// A picture has no gaps against itself.
+        #[test]
+        fn the_original_has_no_gaps(original in indices()) {
+            prop_assert!(gap_pixels(&original, &original).is_empty());
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Which texels a convex polygon touches, exactly and conservatively.
+
+use glam::DVec2;
+use std::ops::RangeInclusive;
+
+/// Doubt, in texels: a square that a polygon misses by less counts as touched. Far more than the
+/// rounding of coordinates of up to 2^16 texels (2^-37), far less than a texel.
+const DOUBT: f64 = 1.0 / (1 << 20) as f64;
+
+/// The x interval of a convex polygon between two heights, or `None` where it has none.
+///
+/// A convex polygon cut to a band is convex, so it touches the closed square of a texel exactly
+/// if this interval, taken between the square's upper and lower side, touches the square's. One
+/// point and two points are polygons too.
+pub(crate) fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64)> {
+    let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut take = |x: f64| (min, max) = (min.min(x), max.max(x));
+    for (i, &a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        let (upper, lower) = if a.y <= b.y { (a, b) } else { (b, a) };
+        if lower.y < top || upper.y > bottom {
+            continue;
+        }
+        let at = |y: f64| upper.x + (lower.x - upper.x) * (y - upper.y) / (lower.y - upper.y);
+        take(if upper.y >= top { upper.x } else { at(top) });
+        take(if lower.y <= bottom {
+            lower.x
+        } else {
+            at(bottom)
+        });
+    }
+    (min <= max).then_some((min, max))
+}
+
+/// The rows whose closed squares a polygon touches, within `0..height`.
+pub(crate) fn touched_rows(polygon: &[DVec2], height: usize) -> RangeInclusive<usize> {
+    let min = polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    let max = polygon
+        .iter()
+        .map(|p| p.y)
+        .fold(f64::NEG_INFINITY, f64::max);
+    touched(min, max, height)
+}
+
+/// The columns of row `y` whose closed squares a polygon touches, within `0..width`.
+pub(crate) fn touched_columns(polygon: &[DVec2], y: usize, width: usize) -> RangeInclusive<usize> {
+    match span(polygon, y as f64 - DOUBT, (y + 1) as f64 + DOUBT) {
+        Some((min, max)) => touched(min, max, width),
+        None => NOTHING,
+    }
+}
+
+/// The point of a polygon's border that is nearest to `point`: the edge's first corner and how
+/// far along the edge.
+pub(crate) fn nearest_on_border(polygon: &[DVec2], point: DVec2) -> (usize, f64) {
+    let on_edge = |i: usize| {
+        let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+        let along = b - a;
+        let t = (point - a).dot(along) / along.length_squared();
+        // Not a number on an edge without length.
+        let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
+        ((a + along * t).distance_squared(point), t)
+    };
+    let nearest = (0..polygon.len())
+        .map(|i| (i, on_edge(i)))
+        .reduce(|a, b| if b.1.0 < a.1.0 { b } else { a });
+    nearest.map_or((0, 0.0), |(i, (_, t))| (i, t))
+}
+
+#[expect(
+    clippy::reversed_empty_ranges,
+    reason = "an inclusive range of nothing"
+)]
+const NOTHING: RangeInclusive<usize> = 1..=0;
+
+/// Unit intervals [i, i + 1] of `0..count` that touch [min, max].
+fn touched(min: f64, max: f64, count: usize) -> RangeInclusive<usize> {
+    let first = (min - DOUBT).ceil() - 1.0;
+    let last = (max + DOUBT).floor();
+    if count == 0 || last < 0.0 || first >= count as f64 || min > max {
+        return NOTHING;
+    }
+    first.max(0.0) as usize..=last.min(count as f64 - 1.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Whether the polygon, cut to the closed square by its four sides one after the other,
+    /// keeps a point.
+    fn touches(polygon: &[DVec2], x: usize, y: usize) -> bool {
+        let (x, y) = (x as f64, y as f64);
+        let sides: [(DVec2, f64); 4] = [
+            (DVec2::X, x),
+            (-DVec2::X, -x - 1.0),
+            (DVec2::Y, y),
+            (-DVec2::Y, -y - 1.0),
+        ];
+        let mut rest = polygon.to_vec();
+        for (normal, offset) in sides {
+            let distance = |p: DVec2| p.dot(normal) - offset;
+            let n = rest.len();
+            rest = (0..n)
+                .flat_map(|i| {
+                    let (a, b) = (rest[i], rest[(i + 1) % n]);
+                    let (da, db) = (distance(a), distance(b));
+                    let cut = (da * db < 0.0).then(|| a + (b - a) * (da / (da - db)));
+                    (da >= 0.0).then_some(a).into_iter().chain(cut)
+                })
+                .collect();
+        }
+        !rest.is_empty()
+    }
+
+    /// Triangles, segments and points, also on texel borders and corners.
+    fn polygons() -> impl Strategy<Value = Vec<DVec2>> {
+        let coordinate = prop_oneof![3 => -3.0..12.0f64, 1 => (-3..12i32).prop_map(f64::from)];
+        let point = prop::array::uniform2(coordinate).prop_map(DVec2::from);
+        prop_oneof![
+            prop::collection::vec(point.clone(), 1..=3),
+            point.prop_map(|p| vec![p, p, p]),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// Exactly the texels whose closed squares meet the polygon are touched; in doubt more.
+        #[test]
+        fn touched_texels_are_those_whose_closed_squares_meet_the_polygon(polygon in polygons()) {
+            let (width, height) = (9, 8);
+            let rows = touched_rows(&polygon, height);
+            for y in 0..height {
+                let columns = touched_columns(&polygon, y, width);
+                for x in 0..width {
+                    let found = rows.contains(&y) && columns.contains(&x);
+                    if touches(&polygon, x, y) {
+                        prop_assert!(found, "({x}, {y}) is missing");
+                    } else if found {
+                        // Only a doubtful square: the polygon touches it when swollen a little.
+                        let near = |d: DVec2| {
+                            let moved: Vec<_> = polygon.iter().map(|p| *p + d).collect();
+                            touches(&moved, x, y)
+                        };
+                        let d = 2.0 * DOUBT;
+                        let doubtful = [(d, d), (d, -d), (-d, d), (-d, -d)]
+                            .into_iter().any(|(x, y)| near(DVec2::new(x, y)));
+                        prop_assert!(doubtful, "({x}, {y}) is too much");
+                    }
+                }
+            }
+        }
+
+        /// No sample of the border is nearer than the nearest point found.
+        #[test]
+        fn nearest_is_nearest(polygon in polygons(), x in -3.0..12.0f64, y in -3.0..12.0f64) {
+            let point = DVec2::new(x, y);
+            let at = |i: usize, t: f64| polygon[i].lerp(polygon[(i + 1) % polygon.len()], t);
+            let (i, t) = nearest_on_border(&polygon, point);
+            let distance = at(i, t).distance(point);
+            for i in 0..polygon.len() {
+                for t in 0..=16 {
+                    prop_assert!(at(i, f64::from(t) / 16.0).distance(point) >= distance - 1e-12);
+                }
+            }
+        }
+    }
+}

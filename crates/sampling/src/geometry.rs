@@ -1,0 +1,172 @@
+//! Triangles as a camera sees them.
+
+use farfield_scene::Scene;
+use farfield_views::{Camera, Pose};
+use glam::{DVec2, DVec3};
+
+/// One triangle of one object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Drawn {
+    pub(crate) object: u32,
+    pub(crate) triangle: u32,
+}
+
+/// All triangles of all objects, objects first.
+pub(crate) fn all_drawn(scene: &Scene) -> Vec<Drawn> {
+    (0..scene.objects.len() as u32)
+        .flat_map(|object| {
+            let triangles = scene.mesh_of(object).triangles.clone();
+            triangles.map(move |triangle| Drawn { object, triangle })
+        })
+        .collect()
+}
+
+/// Corners of a triangle in view space, counter-clockwise seen from the front.
+///
+/// The same vertex gives the same bits in every triangle that shares it.
+pub(crate) fn corners_in_view(scene: &Scene, pose: &Pose, drawn: Drawn) -> [DVec3; 3] {
+    let world_from_mesh = &scene.objects[drawn.object as usize].world_from_mesh;
+    scene
+        .triangle_in(drawn.object, drawn.triangle)
+        .map(|vertex| {
+            let in_mesh = scene.positions[vertex as usize].as_dvec3();
+            pose.point_in_view(world_from_mesh.transform_point3(in_mesh))
+        })
+}
+
+/// Barycentric coordinates over the pixels of a camera, perspective-correct.
+///
+/// With the corners as columns of a matrix M, the ray through a pixel with direction d meets the
+/// triangle's plane where M w = d, so w is linear in the pixel; barycentric coordinates are w
+/// over its sum, and the sum is the reciprocal depth (M. Olano and T. Greer, Triangle Scan
+/// Conversion Using 2D Homogeneous Coordinates, 1997).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interpolation {
+    /// w at pixel coordinates (0, 0).
+    origin: DVec3,
+    /// Growth of w per column.
+    per_x: DVec3,
+    /// Growth of w per row.
+    per_y: DVec3,
+}
+
+impl Interpolation {
+    /// `None` where the camera lies in the triangle's plane.
+    pub(crate) fn new(camera: &Camera, [a, b, c]: [DVec3; 3]) -> Option<Self> {
+        let rows = [b.cross(c), c.cross(a), a.cross(b)];
+        let determinant = a.dot(rows[0]);
+        let scale = determinant.recip();
+        if !scale.is_finite() {
+            return None;
+        }
+        let solve = |d: DVec3| DVec3::from(rows.map(|row| row.dot(d) * scale));
+        let pixel = camera.pixel_size();
+        Some(Self {
+            origin: solve(camera.extent.min.extend(1.0)),
+            per_x: solve(DVec3::X * pixel.x),
+            per_y: solve(DVec3::Y * pixel.y),
+        })
+    }
+
+    /// Reciprocal depth at pixel coordinates.
+    pub(crate) fn inverse_depth(&self, pixel: DVec2) -> f64 {
+        self.weights(pixel).element_sum()
+    }
+
+    /// Barycentric coordinates at pixel coordinates; outside of the triangle some are negative.
+    pub(crate) fn barycentric(&self, pixel: DVec2) -> DVec3 {
+        let w = self.weights(pixel);
+        w / w.element_sum()
+    }
+
+    /// Growth of the barycentric coordinates per column and per row at pixel coordinates.
+    pub(crate) fn derivatives(&self, pixel: DVec2) -> [DVec3; 2] {
+        let w = self.weights(pixel);
+        let sum = w.element_sum();
+        [self.per_x, self.per_y].map(|per| (per * sum - w * per.element_sum()) / (sum * sum))
+    }
+
+    fn weights(&self, pixel: DVec2) -> DVec3 {
+        self.origin + self.per_x * pixel.x + self.per_y * pixel.y
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use farfield_scene::{Material, Mesh, Object};
+    use farfield_views::Extent;
+    use glam::{DAffine3, Vec2, Vec3, Vec4};
+    use proptest::prelude::*;
+
+    /// Three points a triangle, one single-sided opaque material, one object.
+    pub(crate) fn soup(points: &[[f32; 3]]) -> Scene {
+        let count = points.len() as u32;
+        Scene {
+            positions: points.iter().copied().map(Vec3::from).collect(),
+            normals: vec![Vec3::Y; points.len()],
+            uvs: vec![Vec2::ZERO; points.len()],
+            colors: vec![Vec4::ONE; points.len()],
+            triangles: (0..count / 3)
+                .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
+                .collect(),
+            triangle_materials: vec![0; points.len() / 3],
+            meshes: vec![Mesh {
+                vertices: 0..count,
+                triangles: 0..count / 3,
+            }],
+            objects: vec![Object {
+                name: "soup".into(),
+                mesh: 0,
+                world_from_mesh: DAffine3::IDENTITY,
+            }],
+            materials: vec![Material::default()],
+            ..Scene::default()
+        }
+    }
+
+    fn camera() -> Camera {
+        Camera {
+            pose: Pose::looking_along(DVec3::ZERO, DVec3::Z),
+            extent: Extent {
+                min: DVec2::new(-0.5, -0.2),
+                max: DVec2::new(0.1, 0.4),
+            },
+            width: 120,
+            height: 100,
+        }
+    }
+
+    proptest! {
+        /// Projecting any point of a triangle and interpolating there gives the point's own
+        /// barycentric coordinates and depth, and derivatives agree with differences.
+        #[test]
+        fn interpolation_inverts_projection(
+            corners in prop::array::uniform3(
+                (-1.0..1.0f64, -1.0..1.0f64, 0.5..3.0f64).prop_map(|(x, y, z)| DVec3::new(x, y, z))),
+            b in (0.0..1.0f64, 0.0..1.0f64),
+        ) {
+            let camera = camera();
+            let [p, q, r] = corners;
+            let normal = (q - p).cross(r - p);
+            // Edge-on triangles have no barycentric coordinates on the screen.
+            prop_assume!(normal.dot(p).abs() > 1e-2);
+            let b = DVec3::new(b.0 * (1.0 - b.1), b.1, (1.0 - b.0) * (1.0 - b.1));
+            let point = p * b.x + q * b.y + r * b.z;
+            let pixel = camera.pixel_from_view(point);
+            let interpolation = Interpolation::new(&camera, corners).unwrap();
+            let found = interpolation.barycentric(pixel);
+            // Rounding of 2^-53 grows by at most the inverse determinant, 100, times some 10^2.
+            prop_assert!(found.abs_diff_eq(b, 1e-10), "{found} is not {b}");
+            prop_assert!((interpolation.inverse_depth(pixel) * point.z - 1.0).abs() < 1e-10);
+            let [per_x, per_y] = interpolation.derivatives(pixel);
+            let h = 1e-5;
+            let step = |d: DVec2| (interpolation.barycentric(pixel + d * h)
+                - interpolation.barycentric(pixel - d * h)) / (2.0 * h);
+            // Central differences err by h^2 and by rounding / h.
+            let scale = 1.0 + per_x.length() + per_y.length();
+            prop_assert!(step(DVec2::X).abs_diff_eq(per_x, 1e-4 * scale * scale));
+            prop_assert!(step(DVec2::Y).abs_diff_eq(per_y, 1e-4 * scale * scale));
+        }
+    }
+}

@@ -1,0 +1,20 @@
+#![doc = include_str!("../README.md")]
+
+mod geometry;
+mod textures;
+
+mod surface;
+
+mod light;
+
+mod rasterize;
+
+mod coverage;
+mod record;
+
+pub use light::{Lighting, lit_color};
+pub use rasterize::{NONE, Visibility, rasterize, shade};
+
+pub use record::{Recording, Sample, record};
+pub use surface::{Hit, Surface, surface_at};
+pub use textures::{Textures, linear_from_srgb, srgb_from_linear};
