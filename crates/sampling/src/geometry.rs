@@ -1,8 +1,9 @@
 //! Triangles as a camera sees them.
 
 use farfield_scene::Scene;
-use farfield_views::{Camera, Pose};
+use farfield_views::{Camera, Extent, Pose};
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 /// One triangle of one object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +33,42 @@ pub(crate) fn corners_in_view(scene: &Scene, pose: &Pose, drawn: Drawn) -> [DVec
             let in_mesh = scene.positions[vertex as usize].as_dvec3();
             pose.point_in_view(world_from_mesh.transform_point3(in_mesh))
         })
+}
+
+/// Lateral bounds per unit of depth, and least and greatest depth, of all that is drawn, seen from
+/// a pose; `None` where nothing is drawn.
+///
+/// # Panics
+///
+/// When a vertex does not lie before the pose.
+pub fn seen_bounds(scene: &Scene, pose: &Pose) -> Option<(Extent, [f64; 2])> {
+    let bounds = |drawn: &Drawn| {
+        let points = corners_in_view(scene, pose, *drawn);
+        assert!(
+            points.iter().all(|point| point.z > 0.0),
+            "triangle {} of object {} does not lie before the viewer",
+            drawn.triangle,
+            drawn.object
+        );
+        // (x / z, y / z, z)
+        let bounds = points
+            .map(|point| (point / point.z).with_z(point.z))
+            .map(|p| [p, p]);
+        bounds.into_iter().reduce(enclose).unwrap_or_default()
+    };
+    let [min, max] = all_drawn(scene)
+        .par_iter()
+        .map(bounds)
+        .reduce_with(enclose)?;
+    let extent = Extent {
+        min: min.truncate(),
+        max: max.truncate(),
+    };
+    Some((extent, [min.z, max.z]))
+}
+
+fn enclose([min_a, max_a]: [DVec3; 2], [min_b, max_b]: [DVec3; 2]) -> [DVec3; 2] {
+    [min_a.min(min_b), max_a.max(max_b)]
 }
 
 /// Barycentric coordinates over the pixels of a camera, perspective-correct.
@@ -95,7 +132,6 @@ impl Interpolation {
 pub(crate) mod tests {
     use super::*;
     use farfield_scene::{Material, Mesh, Object};
-    use farfield_views::Extent;
     use glam::{DAffine3, Vec2, Vec3, Vec4};
     use proptest::prelude::*;
 
@@ -138,6 +174,21 @@ pub(crate) mod tests {
     }
 
     proptest! {
+        /// Every vertex lies within the bounds, and each bound is reached by one.
+        #[test]
+        fn seen_bounds_are_tight(
+            points in prop::collection::vec([-2.0..2.0f32, -2.0..2.0f32, 0.5..4.0f32], 6),
+        ) {
+            let pose = camera().pose;
+            let (extent, [near, far]) = seen_bounds(&soup(&points), &pose).unwrap();
+            let seen: Vec<DVec3> = points.iter()
+                .map(|p| pose.point_in_view(Vec3::from(*p).as_dvec3()))
+                .map(|p| (p / p.z).with_z(p.z)).collect();
+            let least = seen.iter().copied().reduce(DVec3::min).unwrap();
+            let greatest = seen.iter().copied().reduce(DVec3::max).unwrap();
+            prop_assert_eq!((extent.min.extend(near), extent.max.extend(far)), (least, greatest));
+        }
+
         /// Projecting any point of a triangle and interpolating there gives the point's own
         /// barycentric coordinates and depth, and derivatives agree with differences.
         #[test]

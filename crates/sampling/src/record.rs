@@ -1,9 +1,10 @@
 //! The conservative one-pass layer recorder.
 
-use crate::Textures;
 use crate::coverage::{nearest_on_border, span, touched_columns, touched_rows};
 use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
 use crate::surface::{Hit, is_there};
+use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
+use farfield_grid::BitMask;
 use farfield_scene::{Material, Scene};
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, DVec4};
@@ -31,6 +32,55 @@ pub struct Recording {
     pub samples: Vec<Sample>,
     /// Per layer its run of `samples`.
     pub layers: Vec<Range<usize>>,
+}
+
+impl Recording {
+    /// The texels of a layer that are set, and those of them that hide what is behind, of a layer
+    /// of `width` x `height` texels.
+    ///
+    /// # Panics
+    ///
+    /// When the layer does not exist or a sample lies outside.
+    pub fn masks(&self, layer: usize, width: u32, height: u32) -> LayerMasks {
+        let empty = BitMask::empty(width as usize, height as usize);
+        let mut masks = LayerMasks {
+            opaque: empty.clone(),
+            occluding: empty,
+        };
+        for sample in &self.samples[self.layers[layer].clone()] {
+            let (x, y) = (usize::from(sample.x), usize::from(sample.y));
+            masks.opaque.insert(x, y);
+            if sample.occludes {
+                masks.occluding.insert(x, y);
+            }
+        }
+        masks
+    }
+}
+
+/// The texels of a layer as bit masks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerMasks {
+    /// Texels that are set.
+    pub opaque: BitMask,
+    /// Those of them that hide what is behind.
+    pub occluding: BitMask,
+}
+
+/// sRGB colours of samples under a light, textures filtered for the camera that recorded them.
+pub fn sample_colors(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    samples: &[Sample],
+    light: &Lighting,
+) -> Vec<[u8; 3]> {
+    let color = |sample: &Sample| {
+        let surface = surface_at(scene, textures, camera, &sample.hit);
+        let byte = |c: f32| (srgb_from_linear(c) * 255.0).round() as u8;
+        lit_color(&surface, light).to_array().map(byte)
+    };
+    samples.par_iter().map(color).collect()
 }
 
 /// Rows of texels that one thread works on at a time.
