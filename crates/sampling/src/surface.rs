@@ -23,7 +23,7 @@ pub struct Hit {
 pub struct Surface {
     /// Linear RGB, in [0, 1].
     pub base_color: Vec3,
-    /// In the world, of length 1, on the viewer's side.
+    /// In the world, of length 1; on the viewer's side where the material is double-sided.
     pub normal: Vec3,
     /// In [0, 1].
     pub metallic: f32,
@@ -72,13 +72,21 @@ pub fn surface_at(scene: &Scene, textures: &Textures<'_>, camera: &Camera, hit: 
     if let Some(texture) = material.emissive_texture {
         emissive *= textures.color(texture, uv, footprint).truncate();
     }
-    let bump = material.normal_texture.map(|texture| {
+    let mut normal = smooth_normal(scene, hit);
+    if let Some(texture) = material.normal_texture {
         let texel = textures.data(texture, uv, footprint).truncate() * 2.0 - 1.0;
-        texel * Vec3::new(material.normal_scale, material.normal_scale, 1.0)
-    });
+        let scale = Vec3::new(material.normal_scale, material.normal_scale, 1.0);
+        normal = bent(normal, scene, hit, texel * scale);
+    }
+    // Single-sided surfaces are seen from their front only, whatever this camera sees: what it
+    // records is shown to other viewpoints.
+    let [a, b, c] = corners;
+    if material.double_sided && (b - a).cross(c - a).dot(a) > 0.0 {
+        normal = -normal;
+    }
     Surface {
         base_color: base_color.truncate(),
-        normal: normal(scene, camera, hit, corners, bump),
+        normal: normal.as_vec3(),
         metallic,
         roughness,
         emissive,
@@ -127,62 +135,46 @@ fn uv_footprint(
     }
 }
 
-/// The shading normal in the world, bent by `bump` (tangent space) and turned to the camera.
-fn normal(
-    scene: &Scene,
-    camera: &Camera,
-    hit: &Hit,
-    corners: [DVec3; 3],
-    bump: Option<Vec3>,
-) -> Vec3 {
+/// The interpolated normal in the world, of length 1; where it vanishes, the triangle's own.
+fn smooth_normal(scene: &Scene, hit: &Hit) -> DVec3 {
     let object = &scene.objects[hit.object as usize];
-    let vertices = scene
-        .triangle_in(hit.object, hit.triangle)
-        .map(|v| v as usize);
+    let vertices = scene.triangle_in(hit.object, hit.triangle);
     let weights = weights(hit);
     let in_mesh: Vec3 = (0..3)
-        .map(|i| scene.normals[vertices[i]] * weights[i])
+        .map(|i| scene.normals[vertices[i] as usize] * weights[i])
         .sum();
     // Normals transform by the inverse transpose: the cofactors over the determinant.
     let m = object.world_from_mesh.matrix3;
-    let cofactors = [
-        m.y_axis.cross(m.z_axis),
-        m.z_axis.cross(m.x_axis),
-        m.x_axis.cross(m.y_axis),
-    ];
-    let turn = if object.is_mirrored() { -1.0 } else { 1.0 };
-    let [x, y, z] = in_mesh.as_dvec3().to_array();
-    let smooth = (cofactors[0] * x + cofactors[1] * y + cofactors[2] * z) * turn;
-
-    let flat_in_view = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-    let front = flat_in_view.dot(corners[0]) <= 0.0;
-    let pose = &camera.pose;
-    let flat =
-        pose.right * flat_in_view.x + pose.down * flat_in_view.y + pose.forward * flat_in_view.z;
-    let smooth = smooth
+    let sign = if object.is_mirrored() { -1.0 } else { 1.0 };
+    let [x, y, z] = (in_mesh.as_dvec3() * sign).to_array();
+    let in_world =
+        m.y_axis.cross(m.z_axis) * x + m.z_axis.cross(m.x_axis) * y + m.x_axis.cross(m.y_axis) * z;
+    let [a, b, c] = vertices.map(|v| scene.world_position(hit.object, v));
+    in_world
         .try_normalize()
-        .or(flat.try_normalize())
-        .unwrap_or(-pose.forward);
+        .or((b - a).cross(c - a).try_normalize())
+        .unwrap_or(DVec3::Y)
+}
 
-    let bent = bump.and_then(|bump| {
-        let [a, b, c] = vertices.map(|v| {
-            object
-                .world_from_mesh
-                .transform_point3(scene.positions[v].as_dvec3())
-        });
-        let uvs = vertices.map(|v| scene.uvs[v].as_dvec2());
-        let (u, v) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
-        let along_u = ((b - a) * v.y - (c - a) * u.y) * (u.x * v.y - u.y * v.x).signum();
-        let tangent = along_u.reject_from_normalized(smooth).try_normalize()?;
-        // Against growing v, as green points up in the texture.
-        let along_v = ((c - a) * u.x - (b - a) * v.x) * (u.x * v.y - u.y * v.x).signum();
-        let side = -smooth.cross(tangent).dot(along_v).signum();
-        let bitangent = smooth.cross(tangent) * side;
-        let bump = bump.as_dvec3();
-        (tangent * bump.x + bitangent * bump.y + smooth * bump.z).try_normalize()
-    });
-    let seen = bent.unwrap_or(smooth) * if front { 1.0 } else { -1.0 };
-    seen.as_vec3()
+/// A normal bent by a bump in tangent space: x along growing u, y against growing v. Where the
+/// texture coordinates have no direction, it stays as it was.
+fn bent(normal: DVec3, scene: &Scene, hit: &Hit, bump: Vec3) -> DVec3 {
+    let vertices = scene.triangle_in(hit.object, hit.triangle);
+    let [a, b, c] = vertices.map(|v| scene.world_position(hit.object, v));
+    let uvs = vertices.map(|v| scene.uvs[v as usize].as_dvec2());
+    let (p, q) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    // Solves e1 = p.u U + p.v V and e2 = q.u U + q.v V for the directions U and V.
+    let sign = p.perp_dot(q).signum();
+    let along_u = ((b - a) * q.y - (c - a) * p.y) * sign;
+    let along_v = ((c - a) * p.x - (b - a) * q.x) * sign;
+    let Some(tangent) = along_u.reject_from_normalized(normal).try_normalize() else {
+        return normal;
+    };
+    let side = normal.cross(tangent);
+    let bitangent = if side.dot(along_v) > 0.0 { -side } else { side };
+    let bump = bump.as_dvec3();
+    let bent = tangent * bump.x + bitangent * bump.y + normal * bump.z;
+    bent.try_normalize().unwrap_or(normal)
 }
 
 fn weights(hit: &Hit) -> [f32; 3] {
@@ -192,4 +184,81 @@ fn weights(hit: &Hit) -> [f32; 3] {
 
 fn mix2(values: [Vec2; 3], weights: [f32; 3]) -> Vec2 {
     values[0] * weights[0] + values[1] * weights[1] + values[2] * weights[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::tests::soup;
+    use farfield_scene::{Filter, Image, Texture, Wrap};
+    use glam::DAffine3;
+    use proptest::prelude::*;
+
+    /// A triangle across the z axis whose normal texture bends everything along +u.
+    fn bumpy() -> Scene {
+        let mut scene = soup(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        scene.normals = vec![Vec3::Z; 3];
+        // v runs down: the texture stands upright.
+        scene.uvs = vec![Vec2::new(0.0, 1.0), Vec2::ONE, Vec2::ZERO];
+        scene.images.push(Image {
+            name: String::new(),
+            width: 1,
+            height: 1,
+            texels: vec![[128, 255, 128, 255]],
+        });
+        let wrap = [Wrap::Repeat; 2];
+        scene.textures.push(Texture {
+            image: 0,
+            wrap,
+            filter: Filter::Linear,
+        });
+        scene
+    }
+
+    fn normal_at(scene: &Scene, eye: DVec3) -> Vec3 {
+        let camera = Camera::looking_at(eye, DVec3::new(0.3, 0.3, 0.0), 0.5, 64);
+        let hit = Hit {
+            object: 0,
+            triangle: 0,
+            barycentric: [0.3, 0.3],
+        };
+        surface_at(scene, &Textures::new(scene), &camera, &hit).normal
+    }
+
+    #[test]
+    fn only_double_sided_surfaces_turn_to_the_viewer() {
+        let mut scene = bumpy();
+        let (before, behind) = (DVec3::Z * 5.0, DVec3::NEG_Z * 5.0);
+        assert_eq!(
+            [normal_at(&scene, before), normal_at(&scene, behind)],
+            [Vec3::Z; 2]
+        );
+        scene.materials[0].double_sided = true;
+        assert_eq!(
+            [normal_at(&scene, before), normal_at(&scene, behind)],
+            [Vec3::Z, -Vec3::Z]
+        );
+    }
+
+    #[test]
+    fn green_in_a_normal_texture_points_up() {
+        let mut scene = bumpy();
+        scene.materials[0].normal_texture = Some(0);
+        // 128 of 255 is a hair more than the middle.
+        assert!(normal_at(&scene, DVec3::Z * 5.0).abs_diff_eq(Vec3::Y, 0.01));
+    }
+
+    proptest! {
+        /// Normals stay perpendicular to their surface under any transform, mirrored ones too.
+        #[test]
+        fn normals_stay_perpendicular(columns in prop::array::uniform9(-2.0..2.0f64)) {
+            let mut scene = bumpy();
+            scene.objects[0].world_from_mesh = DAffine3::from_mat3(glam::DMat3::from_cols_array(&columns));
+            let [a, b, c] = scene.triangle_in(0, 0).map(|v| scene.world_position(0, v));
+            let flat = (b - a).cross(c - a);
+            prop_assume!(flat.length() > 1e-2);
+            let normal = normal_at(&scene, DVec3::new(7.0, 8.0, 9.0)).as_dvec3();
+            prop_assert!(normal.abs_diff_eq(flat.normalize(), 1e-5), "{normal} is not {flat}");
+        }
+    }
 }
