@@ -52,7 +52,11 @@ pub fn depth_range_behind(depth: f64, extent: &Extent, parallax: f64, corners: &
         for (i, a) in corners.iter().map(sight).enumerate() {
             most = most.max(a.nearness * (a.offset.length() - parallax));
             for b in corners[..i].iter().map(sight) {
-                most = most.max(greatest_between(&a, &b, parallax));
+                // Neither factor of t (r - K) is greater in between than at the greater end.
+                let offset = a.offset.length().max(b.offset.length());
+                if a.nearness.max(b.nearness) * (offset - parallax) > most {
+                    most = most.max(greatest_between(&a, &b, parallax));
+                }
             }
         }
     }
@@ -133,10 +137,132 @@ fn greatest_between(a: &Sight, b: &Sight, parallax: f64) -> f64 {
     for _ in 0..30 {
         let middle = (low + high) / 2.0;
         if rises(middle) {
-            low = middle
+            low = middle;
         } else {
-            high = middle
+            high = middle;
         }
     }
     low * ((alpha * low + beta).length() - parallax)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Setup, corner_points, parallax, setups, viewpoint, weights};
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    /// The greatest parallax between two planes by brute force: from many points of all lines
+    /// between two corners, spaced evenly in the reciprocal distance, at the extent's corners.
+    fn greatest_parallax(setup: &Setup, near: f64, far: f64) -> f64 {
+        let points = corner_points(&setup.corners);
+        let mut greatest = 0f64;
+        for (a, b) in points
+            .iter()
+            .flat_map(|a| points.iter().map(move |b| (a, b)))
+        {
+            let (s, t) = (1.0 / (near - a.z), 1.0 / (near - b.z));
+            for i in 0..=100 {
+                let share = f64::from(i) / 100.0;
+                let (from_a, from_b) = ((1.0 - share) * s, share * t);
+                let eye = (*a * from_a + *b * from_b) / (from_a + from_b);
+                for slope in setup.extent.corners() {
+                    greatest = greatest.max(parallax(eye, slope, near, far));
+                }
+            }
+        }
+        greatest
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(128))]
+
+        /// From anywhere in the cell, points of both planes and of any between are seen at most
+        /// the given parallax apart.
+        #[test]
+        fn no_viewpoint_sees_more_parallax(
+            setup in setups(),
+            limit in 1e-5..0.1f64,
+            rays in prop::collection::vec(
+                (weights(), prop::array::uniform2(0.0..=1.0f64), 0.0..=1.0f64), 40),
+        ) {
+            let Setup { corners, extent, depth } = &setup;
+            let range = depth_range_behind(*depth, extent, limit, corners).min(1e6);
+            for (weights, at, share) in rays {
+                let Some(eye) = viewpoint(corners, &weights) else { continue };
+                let slope = extent.min + extent.size() * DVec2::from(at);
+                let seen = parallax(eye, slope, *depth, depth + range * share);
+                // Slopes of at most 1e5, rounded a few times: 0.05 is the least distance.
+                prop_assert!(seen <= limit + 1e-10, "{seen} > {limit}");
+            }
+        }
+
+        /// One per cent more breaks it.
+        #[test]
+        fn the_range_is_tight(setup in setups(), limit in 1e-5..0.1f64) {
+            let Setup { corners, extent, depth } = &setup;
+            let range = depth_range_behind(*depth, extent, limit, corners);
+            prop_assume!(range < 10.0);
+            let seen = greatest_parallax(&setup, *depth, depth + range * 1.01);
+            // It gains 1 % of D / (D + range), at least 5e-5 of itself with D of at least 0.05.
+            // The 100 samples of a line miss its top by at most the square of half a step, some
+            // 3e-5 of itself.
+            prop_assert!(seen > limit, "{seen} <= {limit}");
+        }
+
+        /// The border lies between the layers and is equally far from both, half as far as they
+        /// are from each other, as seen from the plane through the cell's nearest corner.
+        #[test]
+        fn borders_halve_the_parallax(
+            Setup { corners, extent, depth } in setups(),
+            distance in prop_oneof![Just(0.0), 1e-6..10.0f64],
+            at in prop::array::uniform2(-1.0..1.0f64),
+        ) {
+            let far = depth + distance;
+            let border = border_between(depth, far, &corners);
+            prop_assert!((depth..=far).contains(&border));
+            let nearest = corners.iter().filter(|c| c.w > 0.0);
+            let eye = DVec2::from(at).extend(nearest.map(|c| c.z).fold(f64::MIN, f64::max));
+            let slope = extent.max;
+            let (a, b) = (parallax(eye, slope, depth, border), parallax(eye, slope, border, far));
+            let whole = parallax(eye, slope, depth, far);
+            // Slopes of at most 100, from depths of at least 0.05 before the eye.
+            prop_assert!((a - whole / 2.0).abs() < 1e-12 && (b - whole / 2.0).abs() < 1e-12);
+        }
+    }
+
+    /// For one corner the formula of the documentation.
+    #[test]
+    fn one_viewpoint_is_as_documented() {
+        let extent = Extent {
+            min: DVec2::splat(-0.25),
+            max: DVec2::splat(0.25),
+        };
+        let corner = DVec4::new(3.0, 0.0, -2.0, 1.0);
+        // b = |(3 + 0.25 * 2, 0.25 * 2)|, D = 10 + 2.
+        let (b, d, k) = (3.5f64.hypot(0.5), 12.0, 1e-3);
+        let found = depth_range_behind(10.0, &extent, k, &[corner]);
+        assert!((found / (k * d * d / (b - k * d)) - 1.0).abs() < 1e-14);
+        assert_eq!(
+            depth_range_behind(10.0, &extent, 0.3, &[corner]),
+            f64::INFINITY
+        );
+    }
+
+    /// From the near end of a line of viewpoints nothing moves, from the far end everything is
+    /// small: parallax is greatest about as far behind the near end as the plane is before it.
+    #[test]
+    fn the_worst_viewpoint_can_lie_between_corners() {
+        let extent = Extent {
+            min: DVec2::splat(-1.0),
+            max: DVec2::ONE,
+        };
+        let corners = [DVec4::W, DVec4::new(0.0, 0.0, -1000.0, 1.0)];
+        let range = depth_range_behind(10.0, &extent, 1e-3, &corners);
+        let at_corner = |i: usize| depth_range_behind(10.0, &extent, 1e-3, &corners[i..=i]);
+        assert!(range < 0.05 * at_corner(0).min(at_corner(1)));
+        let seen = |z: f64| parallax(DVec3::new(0.0, 0.0, z), DVec2::ONE, 10.0, 10.0 + range);
+        assert!((seen(-10.0) - 1e-3).abs() < 1e-6, "{}", seen(-10.0));
+        assert!(seen(-5.0) < 0.95e-3 && seen(-20.0) < 0.95e-3);
+    }
 }

@@ -10,6 +10,9 @@ mod texel;
 
 mod plan;
 
+#[cfg(test)]
+mod testing;
+
 pub use depth_range::{border_between, depth_range_behind};
 pub use plan::{PlanError, PromisedCamera, ReferenceView, plan, reference_view};
 pub use spacing::next_layer;

@@ -15,7 +15,7 @@ pub const SAFE_DISPARITY: f64 = 7.0 / 8.0;
 /// The most texels a layer may have on a side: what graphics hardware takes as a texture.
 pub const MAX_TEXTURE_SIDE: u32 = 16384;
 
-/// The most layers in a stack; a cell that needs more all but touches what is represented.
+/// The most layers in a stack; far fewer already cost more than most of what they replace.
 pub const MAX_LAYERS: usize = 65535;
 
 /// Where the layers of an impostor stand, what they show, and which depths each of them holds.
@@ -398,9 +398,9 @@ impl Space<'_> {
         for _ in 0..60 {
             let middle = (short + last) / 2.0;
             if behind(middle) < far {
-                short = middle
+                short = middle;
             } else {
-                last = middle
+                last = middle;
             }
         }
         let mut depths = vec![depth];
@@ -433,5 +433,342 @@ impl Space<'_> {
             }
         }
         depths
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Setup, parallax, setups, slope_behind, viewpoint, weights};
+    use proptest::prelude::*;
+
+    fn pose() -> Pose {
+        Pose::looking_along(DVec3::ZERO, DVec3::NEG_Z)
+    }
+
+    /// What is represented, before a cell; texels of which at most 64 fit in.
+    fn stacks() -> impl Strategy<Value = (Setup, Bounds, Precision)> {
+        let range = prop_oneof![Just(0.0), 0.01..20.0f64];
+        (setups(), range, 1.0..64.0f64, 0.5..=1.0f64, 0.1..2.0f64).prop_map(
+            |(setup, range, texels, disparity, pixel)| {
+                let bounds = Bounds {
+                    extent: setup.extent,
+                    near: setup.depth,
+                    far: setup.depth + range,
+                };
+                let texel = setup.extent.size().max_element() / texels;
+                let precision = Precision {
+                    texel,
+                    disparity,
+                    parallax: texel * pixel,
+                };
+                (setup, bounds, precision)
+            },
+        )
+    }
+
+    /// Says what is wrong with a stack for the given bounds, besides what viewpoints see.
+    fn check_stack(stack: &LayerStack, bounds: &Bounds, texel: f64) -> Result<(), String> {
+        let LayerStack {
+            extent,
+            width,
+            height,
+            layers,
+            ..
+        } = stack;
+        let (Some(first), Some(last)) = (layers.first(), layers.last()) else {
+            return Err("there are no layers".into());
+        };
+        if (first.near, last.far) != (bounds.near, bounds.far) {
+            return Err(format!("{} to {} is not {bounds:?}", first.near, last.far));
+        }
+        for layer in layers {
+            if !(layer.near <= layer.depth && layer.depth <= layer.far) {
+                return Err(format!("{layer:?} is not in its range"));
+            }
+        }
+        for pair in layers.windows(2) {
+            if pair[0].far != pair[1].near || pair[0].depth >= pair[1].depth {
+                return Err(format!("{pair:?} do not follow each other"));
+            }
+        }
+        // Slopes of a few units are rounded a few times.
+        let tiny = 1e-14;
+        let size = DVec2::new(f64::from(*width), f64::from(*height)) * texel;
+        if !extent.size().abs_diff_eq(size, tiny) {
+            return Err(format!("{extent:?} is not {size} wide"));
+        }
+        let (left, right) = (
+            bounds.extent.min - extent.min,
+            extent.max - bounds.extent.max,
+        );
+        let margin = left.min(right).min_element();
+        if margin < texel / 2.0 - tiny || left.max(right).max_element() > texel + tiny {
+            return Err(format!("margins {left} and {right} for texels of {texel}"));
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(128))]
+
+        /// The ranges tile the depths, each holds its layer, and the extent is whole texels with
+        /// half a texel to one texel around.
+        #[test]
+        fn ranges_tile_the_depths((setup, bounds, precision) in stacks()) {
+            let stack = stack(&pose(), &bounds, &precision, &setup.corners).unwrap();
+            check_stack(&stack, &bounds, precision.texel).map_err(TestCaseError::fail)?;
+        }
+
+        /// What viewpoints see: a ray that passes through the extent in either of two neighbouring
+        /// layers, or both, sees them displaced by at most the share of a texel; a point is shown
+        /// at most one texel of its layer away on either axis, and, outside of the first and
+        /// last layer, at most a pixel away.
+        #[test]
+        fn no_viewpoint_of_the_cell_sees_an_error(
+            (setup, bounds, precision) in stacks(),
+            rays in prop::collection::vec(
+                (weights(), prop::array::uniform2(-0.5..=1.5f64), 0.0..=1.0f64), 40),
+        ) {
+            let stack = stack(&pose(), &bounds, &precision, &setup.corners).unwrap();
+            let LayerStack { extent, layers, .. } = &stack;
+            let last = layers.len() - 1;
+            for (weights, at, share) in rays {
+                let Some(eye) = viewpoint(&setup.corners, &weights) else { continue };
+                let slope = extent.min + extent.size() * DVec2::from(at);
+                for pair in layers.windows(2) {
+                    let behind = slope_behind(eye, slope, pair[0].depth, pair[1].depth);
+                    for axis in 0..2 {
+                        let range = extent.min[axis]..=extent.max[axis];
+                        let inside = range.contains(&slope[axis]) || range.contains(&behind[axis]);
+                        let moved = (behind[axis] - slope[axis]).abs() / precision.texel;
+                        // As in the spacing's test, in texels of at least 1e-4.
+                        prop_assert!(!inside || moved <= precision.disparity + 1e-6, "{moved}");
+                    }
+                }
+                let slope = slope.clamp(extent.min, extent.max);
+                for (i, layer) in layers.iter().enumerate() {
+                    let depth = layer.near + (layer.far - layer.near) * share;
+                    let seen = parallax(eye, slope, depth, layer.depth);
+                    let inner = if depth < layer.depth { i > 0 } else { i < last };
+                    if inner {
+                        let texel = precision.texel * layer.depth / (layer.depth - eye.z);
+                        // Both axes together: the square root of two.
+                        prop_assert!(seen <= texel * 1.4143 * precision.disparity + 1e-10);
+                    } else {
+                        prop_assert!(seen <= precision.parallax + 1e-10, "{seen} in {layer:?}");
+                    }
+                }
+            }
+        }
+
+        /// Slack is spread: there are no more layers than without, and errors are as small as
+        /// they can be with that number.
+        #[test]
+        fn slack_lowers_errors_and_not_the_count((setup, bounds, precision) in stacks()) {
+            let corners = &setup.corners;
+            let found = stack(&pose(), &bounds, &precision, corners).unwrap().layers.len();
+            let count = |precision: &Precision, limit| {
+                count_layers(&bounds, precision, corners, limit).unwrap().map(|(_, n)| n)
+            };
+            prop_assert_eq!(count(&precision, MAX_LAYERS), Some(found));
+            prop_assert_eq!(count(&precision, found), Some(found));
+            prop_assert_eq!(count(&precision, found - 1), None);
+        }
+
+        /// Half the texel and half the pixel never take fewer layers.
+        #[test]
+        fn finer_stacks_have_more_layers((setup, bounds, precision) in stacks()) {
+            let Precision { texel, disparity, parallax } = precision;
+            let finer = Precision { texel: texel / 2.0, disparity, parallax: parallax / 2.0 };
+            let count = |precision| {
+                stack(&pose(), &bounds, precision, &setup.corners).unwrap().layers.len()
+            };
+            prop_assert!(count(&finer) >= count(&precision));
+        }
+
+        /// Every depth gets the layer whose range holds it, others the nearest.
+        #[test]
+        fn layer_at_is_the_range_that_holds_it(
+            (setup, bounds, precision) in stacks(),
+            share in -0.1..1.1f64,
+        ) {
+            let stack = stack(&pose(), &bounds, &precision, &setup.corners).unwrap();
+            let depth = bounds.near + (bounds.far - bounds.near) * share;
+            let layer = stack.layers[stack.layer_at(depth)];
+            let clamped = depth.clamp(bounds.near, bounds.far);
+            prop_assert!(layer.near <= clamped && clamped <= layer.far);
+            for (i, layer) in stack.layers.iter().enumerate() {
+                prop_assert_eq!(stack.layer_at(layer.depth), i);
+                prop_assert_eq!(stack.layer_at(layer.far), i);
+            }
+        }
+
+        /// The bounds hold all points and touch one on every side.
+        #[test]
+        fn bounds_are_tight(
+            points in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64), 1..20),
+        ) {
+            let pose = Pose::looking_along(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.2, 0.1, -1.0));
+            let points = points.into_iter().map(DVec3::from);
+            let bounds = Bounds::of_points(&pose, points.clone()).unwrap();
+            let seen: Vec<_> = points.map(|p| pose.point_in_view(p)).collect();
+            let least = |f: fn(&DVec3) -> f64| seen.iter().map(f).fold(f64::INFINITY, f64::min);
+            let found = [
+                bounds.near - least(|p| p.z),
+                bounds.far + least(|p| -p.z),
+                bounds.extent.min.x - least(|p| p.x / p.z),
+                bounds.extent.min.y - least(|p| p.y / p.z),
+                bounds.extent.max.x + least(|p| -p.x / p.z),
+                bounds.extent.max.y + least(|p| -p.y / p.z),
+            ];
+            prop_assert_eq!(found, [0.0; 6]);
+        }
+    }
+
+    /// A plane parallel to the layers is shown without any parallax.
+    #[test]
+    fn a_flat_thing_is_in_its_layer() {
+        let extent = Extent {
+            min: DVec2::splat(-0.1),
+            max: DVec2::splat(0.1),
+        };
+        let bounds = Bounds {
+            extent,
+            near: 10.0,
+            far: 10.0,
+        };
+        let precision = Precision {
+            texel: 0.001,
+            disparity: SAFE_DISPARITY,
+            parallax: 0.001,
+        };
+        let corners = [DVec4::W, DVec4::new(3.0, 3.0, -9.0, 1.0)];
+        let stack = stack(&pose(), &bounds, &precision, &corners).unwrap();
+        assert_eq!(
+            stack.layers,
+            [Layer {
+                depth: 10.0,
+                near: 10.0,
+                far: 10.0
+            }]
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_an_error() {
+        let extent = Extent {
+            min: DVec2::splat(-0.1),
+            max: DVec2::splat(0.1),
+        };
+        let bounds = Bounds {
+            extent,
+            near: 10.0,
+            far: 20.0,
+        };
+        let precision = Precision {
+            texel: 0.001,
+            disparity: SAFE_DISPARITY,
+            parallax: 0.001,
+        };
+        let corner = DVec4::new(3.0, 3.0, 9.0, 1.0);
+        let error = |bounds: &Bounds, precision: &Precision, corner: DVec4| {
+            let found = stack(&pose(), bounds, precision, &[corner]);
+            found.map(|s| s.layers.len()).unwrap_err()
+        };
+        assert_eq!(
+            error(&bounds, &precision, corner.with_z(10.0)),
+            StackError::CellNotBefore {
+                cell_end: 10.0,
+                start: 10.0
+            }
+        );
+        assert_eq!(
+            error(&bounds, &precision, DVec4::X),
+            StackError::CellNotBefore {
+                cell_end: f64::INFINITY,
+                start: 10.0
+            }
+        );
+        assert_eq!(
+            error(
+                &bounds,
+                &Precision {
+                    texel: 1e-5,
+                    ..precision
+                },
+                corner
+            ),
+            StackError::TextureTooLarge {
+                width: 20001.0,
+                height: 20001.0
+            }
+        );
+        // Some 4e-7 apart.
+        assert_eq!(
+            error(
+                &bounds,
+                &Precision {
+                    disparity: 1e-4,
+                    ..precision
+                },
+                corner
+            ),
+            StackError::TooManyLayers
+        );
+        assert_eq!(
+            error(
+                &Bounds {
+                    near: 21.0,
+                    ..bounds
+                },
+                &precision,
+                corner
+            ),
+            StackError::Empty
+        );
+        for (bounds, precision, corner) in [
+            (
+                Bounds {
+                    far: f64::INFINITY,
+                    ..bounds
+                },
+                precision,
+                corner,
+            ),
+            (
+                bounds,
+                Precision {
+                    texel: 0.0,
+                    ..precision
+                },
+                corner,
+            ),
+            (
+                bounds,
+                Precision {
+                    disparity: 1.01,
+                    ..precision
+                },
+                corner,
+            ),
+            (
+                bounds,
+                Precision {
+                    parallax: f64::NAN,
+                    ..precision
+                },
+                corner,
+            ),
+            (bounds, precision, corner.with_x(f64::NAN)),
+        ] {
+            let error = error(&bounds, &precision, corner);
+            assert!(matches!(error, StackError::Invalid { .. }), "{error}");
+        }
+        assert_eq!(Bounds::of_points(&pose(), []), Err(StackError::Empty));
+        for z in [0.0, 1.0, f64::NAN] {
+            let points = [DVec3::NEG_Z, DVec3::new(0.0, 0.0, z)];
+            assert!(Bounds::of_points(&pose(), points).is_err());
+        }
     }
 }

@@ -153,3 +153,150 @@ fn cubic_roots(p: f64, q: f64) -> [Option<f64>; 3] {
     let angle = (3.0 * q / (p * m)).clamp(-1.0, 1.0).acos() / 3.0;
     [0.0, 1.0, 2.0].map(|k| Some(m * (angle - k * std::f64::consts::TAU / 3.0).cos()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use farfield_views::Camera;
+    use proptest::prelude::*;
+
+    /// Boxes of all shapes before cells of all shapes, along -z.
+    fn cases() -> impl Strategy<Value = (ViewCell, [DVec3; 2])> {
+        let vector =
+            |range: std::ops::Range<f64>| prop::array::uniform3(range).prop_map(DVec3::from);
+        let size = || {
+            prop::array::uniform3(prop_oneof![Just(0.0), Just(1.0), 0.01..3.0f64])
+                .prop_map(DVec3::from)
+        };
+        let boxes = (size(), size(), vector(-2.0..2.0), 0.1..5.0f64).prop_map(
+            |(cell, object, shift, gap)| {
+                let from = -object / 2.0;
+                let center = shift.with_z(object.z / 2.0 + gap + cell.z / 2.0);
+                (ViewCell::Box { center, size: cell }, [from, from + object])
+            },
+        );
+        let shafts = (
+            size(),
+            vector(-0.2..0.2),
+            0.0..1.2f64,
+            0.1..5.0f64,
+            0.0..9.0f64,
+        )
+            .prop_map(|(object, tilt, half_angle, gap, depth)| {
+                let near = object.length() / 2.0 + gap;
+                let far = if depth > 6.0 {
+                    f64::INFINITY
+                } else {
+                    near + depth
+                };
+                let axis = DVec3::Z + tilt;
+                let shaft = ViewCell::Shaft {
+                    apex: DVec3::ZERO,
+                    axis,
+                    half_angle,
+                    near,
+                    far,
+                };
+                (shaft, [-object / 2.0, object / 2.0])
+            });
+        prop_oneof![boxes, shafts]
+    }
+
+    /// The least pixels per texel by brute force, over points of the cell spaced evenly.
+    fn least_pixels(pose: &Pose, cell: &ViewCell, [from, to]: [DVec3; 2], steps: u32) -> f64 {
+        let center = (from + to) / 2.0;
+        let mut least = f64::INFINITY;
+        for i in 0..(steps + 1).pow(3) {
+            let n = steps + 1;
+            let fractions =
+                DVec3::new(f64::from(i % n), f64::from(i / n % n), f64::from(i / n / n));
+            // In a shaft without end the last of these is infinitely far.
+            let last = matches!(cell, ViewCell::Shaft { far, .. } if far.is_infinite());
+            let fractions = fractions / f64::from(steps);
+            if last && fractions.z == 1.0 {
+                continue;
+            }
+            let eye = cell.point(fractions);
+            // An independent way to the depth before the camera.
+            let camera = Camera::looking_at(eye, center, 1.0, 1);
+            for corner in 0..8 {
+                let side = |bit: usize| {
+                    if corner >> bit & 1 == 0 {
+                        from[bit]
+                    } else {
+                        to[bit]
+                    }
+                };
+                let x = DVec3::new(side(0), side(1), side(2));
+                least = least.min(camera.pose.point_in_view(x).z / pose.point_in_view(x).z);
+            }
+        }
+        least
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// No camera of the cell magnifies a texel, and one shows it in full, up to the step of
+        /// the lattice that is searched.
+        #[test]
+        fn the_texel_is_the_largest_that_is_never_magnified((cell, represented) in cases()) {
+            let axis = match cell {
+                ViewCell::Box { .. } => DVec3::NEG_Z,
+                ViewCell::Shaft { axis, .. } => -axis,
+            };
+            let eye = cell.point(DVec3::new(0.5, 0.5, 0.0));
+            let pose = Pose::looking_along(eye, axis);
+            let pixel = 0.01;
+            let texel = texel_size(&pose, &cell, represented, pixel);
+            let least = pixel * least_pixels(&pose, &cell, represented, 16);
+            // Coordinates of 10 are rounded a few times, at depths of at least 0.1.
+            prop_assert!(texel <= least + pixel * 1e-13, "{texel} is magnified, {least} is not");
+            // Half a step of 1/16 of a cell at most 3 wide is 0.1 m; the distance changes with
+            // the square of it over the distance, and the depths are at least 0.1.
+            prop_assert!(texel >= least - pixel * 0.2, "{texel} could be {least}");
+        }
+
+        /// The roots are roots, and all of them are found.
+        #[test]
+        fn roots_of_a_cubic_are_found(a in -10.0..10.0f64, b in -10.0..10.0f64) {
+            // (t - a) (t - b) (t + a + b) has no square term.
+            let c = -a - b;
+            let (p, q) = (a * b + b * c + c * a, -a * b * c);
+            let found: Vec<_> = cubic_roots(p, q).into_iter().flatten().collect();
+            for root in [a, b, c] {
+                let apart = [a, b, c].iter().filter(|r| (*r - root).abs() < 0.1).count() == 1;
+                // Coefficients of up to 1e4 are rounded to 1e-12; a root moves by that over the
+                // product of its distances from the others, at least 0.01.
+                let near = found.iter().any(|r| (r - root).abs() < 1e-9);
+                prop_assert!(!apart || near, "{root} is not among {found:?}");
+            }
+        }
+    }
+
+    /// A viewpoint between corners can be the worst: straight before the front, which is nearest
+    /// there.
+    #[test]
+    fn the_middle_of_a_face_can_be_the_worst() {
+        let cell = ViewCell::Box {
+            center: DVec3::new(0.0, 0.0, 20.0),
+            size: DVec3::new(20.0, 20.0, 20.0),
+        };
+        let represented = [DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.0)];
+        let pose = Pose::looking_along(DVec3::new(0.0, 0.0, 10.0), DVec3::NEG_Z);
+        let texel = texel_size(&pose, &cell, represented, 1.0);
+        let corners = cell.corners().map(|c| c.truncate());
+        let at_corners = corners.map(|eye| {
+            let point = ViewCell::Box {
+                center: eye,
+                size: DVec3::ZERO,
+            };
+            texel_size(&pose, &point, represented, 1.0)
+        });
+        assert!(texel < 0.995, "{texel}");
+        assert!(
+            at_corners.iter().all(|t| *t > 1.1 * texel),
+            "{at_corners:?}"
+        );
+    }
+}
