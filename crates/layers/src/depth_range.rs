@@ -1,0 +1,268 @@
+//! Parallax: which depths a layer may hold, and where one layer's depths end.
+
+use farfield_views::Extent;
+use glam::{DVec2, DVec4};
+
+/// How far behind the plane at `depth` another plane may lie, so that a point of either, moved
+/// to the other along its ray from the reference viewpoint, moves by at most `parallax` for
+/// any viewpoint of the cell.
+///
+/// Used both ways: before the first layer (from the nearest depth it holds to the layer) and
+/// behind the last (from the layer to the farthest depth).
+///
+/// The ray at slope u of the reference viewpoint passes a viewpoint v at the lateral distance
+/// b = |v.xy - u v.z|. At the distances D and D + e before v its points are seen
+/// b (1/D - 1/(D + e)) apart on an image plane parallel to the layers, at unit distance, so that
+/// e = K D^2 / (b - K D) with K the `parallax`. This replaces equation 3.7 of S. Jeschke,
+/// Accelerating the Rendering Process Using Impostors, 2005, which bounds a true angle in a plane
+/// through the axis of symmetry: on the image plane that can be 1.7 pixels where one is meant.
+///
+/// b is convex in v and in u, so the corners of the extent suffice, and the edges of the cell.
+/// Its corners do not: e can be least in between, in a deep cell before a wide extent. With
+/// t = 1/D, r = b/D is the length of a vector that is linear in t along a straight line of
+/// viewpoints, and K/e = t (r - K), whose greatest value is found there.
+///
+/// * `depth` - from the reference viewpoint, farther than all of the cell
+/// * `extent` - slopes that bound what is represented
+/// * `parallax` - a slope: a pixel's side at unit distance
+/// * `corners` - of the cell, in view space of the reference viewpoint; (x, y, z, 0) is a
+///   direction towards a corner at infinity
+///
+/// Returns infinity where a plane holds everything behind.
+///
+/// # Panics
+///
+/// When `corners` is empty, `depth` does not lie before all of them, or `parallax` is not positive.
+pub fn depth_range_behind(depth: f64, extent: &Extent, parallax: f64, corners: &[DVec4]) -> f64 {
+    assert!(!corners.is_empty(), "a view cell has corners");
+    assert!(parallax > 0.0, "a parallax of {parallax} is not positive");
+    let mut most = 0f64;
+    for slope in extent.corners() {
+        let sight = |v: &DVec4| {
+            let distance = depth * v.w - v.z;
+            assert!(
+                distance > 0.0,
+                "the plane at {depth} is not before the corner {v}"
+            );
+            Sight {
+                offset: (DVec2::new(v.x, v.y) - slope * v.z) / distance,
+                nearness: v.w / distance,
+            }
+        };
+        for (i, a) in corners.iter().map(sight).enumerate() {
+            most = most.max(a.nearness * (a.offset.length() - parallax));
+            for b in corners[..i].iter().map(sight) {
+                // Neither factor of t (r - K) is greater in between than at the greater end.
+                let offset = a.offset.length().max(b.offset.length());
+                if a.nearness.max(b.nearness) * (offset - parallax) > most {
+                    most = most.max(greatest_between(&a, &b, parallax));
+                }
+            }
+        }
+    }
+    parallax / most
+}
+
+/// Depth of the border between the layers at `near` and `far`: there the parallax against both
+/// is the same, half of that between the layers, seen from any point of the plane through the
+/// corner of the cell that is nearest to the layers.
+///
+/// The distances from that plane have the harmonic mean of the layers'. (Any border between the
+/// layers keeps parallax below their own displacement. Equation 3.6 of S. Jeschke, Accelerating
+/// the Rendering Process Using Impostors, 2005, halves an angle along a line of sight; this
+/// halves what a pixel sees.)
+///
+/// * `near`, `far` - depths from the reference viewpoint, farther than all of the cell
+/// * `corners` - as for [`depth_range_behind`]
+///
+/// # Panics
+///
+/// When the layers are not in order before the cell.
+pub fn border_between(near: f64, far: f64, corners: &[DVec4]) -> f64 {
+    let cell = nearest_depth(corners);
+    assert!(
+        cell < near && near <= far,
+        "layers at {near} and {far} are not in order before a cell that ends at {cell}"
+    );
+    let (n, f) = (near - cell, far - cell);
+    // The harmonic mean of n and f, less n, is n (f - n) / (n + f).
+    (near + (f - n) * (n / (n + f))).clamp(near, far)
+}
+
+/// The depth of the corner nearest to the layers; corners at infinity lie behind.
+pub(crate) fn nearest_depth(corners: &[DVec4]) -> f64 {
+    let finite = corners.iter().filter(|v| v.w > 0.0);
+    finite.map(|v| v.z / v.w).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// What a viewpoint sees of a plane: a ray's lateral distance over the plane's, b/D, and 1/D.
+struct Sight {
+    offset: DVec2,
+    nearness: f64,
+}
+
+/// The greatest t (|r(t)| - `parallax`) strictly between two viewpoints, or 0 where the greatest
+/// value is at one of them.
+///
+/// With r(t) = alpha t + beta and A = alpha^2, B = alpha beta, C = beta^2, the product t |r| rises,
+/// falls and rises again if B < 0 and 9 B^2 > 8 A C, else it only rises. Its derivative falls all
+/// the way to the first top at t = (-3 B - sqrt(9 B^2 - 8 A C)) / (4 A), so the derivative equals
+/// `parallax` once before it, or not at all.
+fn greatest_between(a: &Sight, b: &Sight, parallax: f64) -> f64 {
+    let (a, b) = if a.nearness < b.nearness {
+        (a, b)
+    } else {
+        (b, a)
+    };
+    if a.nearness == b.nearness {
+        return 0.0;
+    }
+    let alpha = (b.offset - a.offset) / (b.nearness - a.nearness);
+    let beta = a.offset - alpha * a.nearness;
+    let (aa, ab, bb) = (alpha.dot(alpha), alpha.dot(beta), beta.dot(beta));
+    let root = 9.0 * ab * ab - 8.0 * aa * bb;
+    if ab >= 0.0 || root <= 0.0 {
+        return 0.0;
+    }
+    let rises = |t: f64| {
+        let r = alpha * t + beta;
+        r.length() + t * alpha.dot(r) / r.length() > parallax
+    };
+    let (mut low, mut high) = (a.nearness, (-3.0 * ab - root.sqrt()) / (4.0 * aa));
+    high = high.min(b.nearness);
+    if low >= high || !rises(low) || rises(high) {
+        return 0.0;
+    }
+    // Each step gains a bit; the value is stationary there, so half of a double's bits suffice.
+    for _ in 0..30 {
+        let middle = (low + high) / 2.0;
+        if rises(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low * ((alpha * low + beta).length() - parallax)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Setup, corner_points, parallax, setups, viewpoint, weights};
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    /// The greatest parallax between two planes by brute force: from many points of all lines
+    /// between two corners, spaced evenly in the reciprocal distance, at the extent's corners.
+    fn greatest_parallax(setup: &Setup, near: f64, far: f64) -> f64 {
+        let points = corner_points(&setup.corners);
+        let mut greatest = 0f64;
+        for (a, b) in points
+            .iter()
+            .flat_map(|a| points.iter().map(move |b| (a, b)))
+        {
+            let (s, t) = (1.0 / (near - a.z), 1.0 / (near - b.z));
+            for i in 0..=100 {
+                let share = f64::from(i) / 100.0;
+                let (from_a, from_b) = ((1.0 - share) * s, share * t);
+                let eye = (*a * from_a + *b * from_b) / (from_a + from_b);
+                for slope in setup.extent.corners() {
+                    greatest = greatest.max(parallax(eye, slope, near, far));
+                }
+            }
+        }
+        greatest
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(128))]
+
+        /// From anywhere in the cell, points of both planes and of any between are seen at most
+        /// the given parallax apart.
+        #[test]
+        fn no_viewpoint_sees_more_parallax(
+            setup in setups(),
+            limit in 1e-5..0.1f64,
+            rays in prop::collection::vec(
+                (weights(), prop::array::uniform2(0.0..=1.0f64), 0.0..=1.0f64), 40),
+        ) {
+            let Setup { corners, extent, depth } = &setup;
+            let range = depth_range_behind(*depth, extent, limit, corners).min(1e6);
+            for (weights, at, share) in rays {
+                let Some(eye) = viewpoint(corners, &weights) else { continue };
+                let slope = extent.min + extent.size() * DVec2::from(at);
+                let seen = parallax(eye, slope, *depth, depth + range * share);
+                // Slopes of at most 1e5, rounded a few times: 0.05 is the least distance.
+                prop_assert!(seen <= limit + 1e-10, "{seen} > {limit}");
+            }
+        }
+
+        /// One per cent more breaks it.
+        #[test]
+        fn the_range_is_tight(setup in setups(), limit in 1e-5..0.1f64) {
+            let Setup { corners, extent, depth } = &setup;
+            let range = depth_range_behind(*depth, extent, limit, corners);
+            prop_assume!(range < 10.0);
+            let seen = greatest_parallax(&setup, *depth, depth + range * 1.01);
+            // It gains 1 % of D / (D + range), at least 5e-5 of itself with D of at least 0.05.
+            // The 100 samples of a line miss its top by at most the square of half a step, some
+            // 3e-5 of itself.
+            prop_assert!(seen > limit, "{seen} <= {limit}");
+        }
+
+        /// The border lies between the layers and is equally far from both, half as far as they
+        /// are from each other, as seen from the plane through the cell's nearest corner.
+        #[test]
+        fn borders_halve_the_parallax(
+            Setup { corners, extent, depth } in setups(),
+            distance in prop_oneof![Just(0.0), 1e-6..10.0f64],
+            at in prop::array::uniform2(-1.0..1.0f64),
+        ) {
+            let far = depth + distance;
+            let border = border_between(depth, far, &corners);
+            prop_assert!((depth..=far).contains(&border));
+            let nearest = corners.iter().filter(|c| c.w > 0.0);
+            let eye = DVec2::from(at).extend(nearest.map(|c| c.z).fold(f64::MIN, f64::max));
+            let slope = extent.max;
+            let (a, b) = (parallax(eye, slope, depth, border), parallax(eye, slope, border, far));
+            let whole = parallax(eye, slope, depth, far);
+            // Slopes of at most 100, from depths of at least 0.05 before the eye.
+            prop_assert!((a - whole / 2.0).abs() < 1e-12 && (b - whole / 2.0).abs() < 1e-12);
+        }
+    }
+
+    /// For one corner the formula of the documentation.
+    #[test]
+    fn one_viewpoint_is_as_documented() {
+        let extent = Extent {
+            min: DVec2::splat(-0.25),
+            max: DVec2::splat(0.25),
+        };
+        let corner = DVec4::new(3.0, 0.0, -2.0, 1.0);
+        // b = |(3 + 0.25 * 2, 0.25 * 2)|, D = 10 + 2.
+        let (b, d, k) = (3.5f64.hypot(0.5), 12.0, 1e-3);
+        let found = depth_range_behind(10.0, &extent, k, &[corner]);
+        assert!((found / (k * d * d / (b - k * d)) - 1.0).abs() < 1e-14);
+        assert_eq!(
+            depth_range_behind(10.0, &extent, 0.3, &[corner]),
+            f64::INFINITY
+        );
+    }
+
+    /// From the near end of a line of viewpoints nothing moves, from the far end everything is
+    /// small: parallax is greatest about as far behind the near end as the plane is before it.
+    #[test]
+    fn the_worst_viewpoint_can_lie_between_corners() {
+        let extent = Extent {
+            min: DVec2::splat(-1.0),
+            max: DVec2::ONE,
+        };
+        let corners = [DVec4::W, DVec4::new(0.0, 0.0, -1000.0, 1.0)];
+        let range = depth_range_behind(10.0, &extent, 1e-3, &corners);
+        let at_corner = |i: usize| depth_range_behind(10.0, &extent, 1e-3, &corners[i..=i]);
+        assert!(range < 0.05 * at_corner(0).min(at_corner(1)));
+        let seen = |z: f64| parallax(DVec3::new(0.0, 0.0, z), DVec2::ONE, 10.0, 10.0 + range);
+        assert!((seen(-10.0) - 1e-3).abs() < 1e-6, "{}", seen(-10.0));
+        assert!(seen(-5.0) < 0.95e-3 && seen(-20.0) < 0.95e-3);
+    }
+}

@@ -1,0 +1,23 @@
+#![doc = include_str!("../README.md")]
+
+mod spacing;
+
+mod depth_range;
+
+mod stack;
+
+mod texel;
+
+mod plan;
+
+#[cfg(test)]
+mod testing;
+
+pub use depth_range::{border_between, depth_range_behind};
+pub use plan::{PlanError, PromisedCamera, ReferenceView, plan, reference_view};
+pub use spacing::next_layer;
+pub use stack::{
+    Bounds, Layer, LayerStack, MAX_LAYERS, MAX_TEXTURE_SIDE, Precision, SAFE_DISPARITY, StackError,
+    corners_in_view, stack,
+};
+pub use texel::texel_size;

@@ -1,0 +1,618 @@
+//! From a cell and a box: the recording axis, the reference viewpoint, the texel size.
+
+use crate::stack::count_layers;
+use crate::{
+    Bounds, LayerStack, MAX_LAYERS, Precision, SAFE_DISPARITY, StackError, corners_in_view, stack,
+    texel_size,
+};
+use farfield_views::{Pose, ViewCell};
+use glam::DVec3;
+
+/// The camera that the impostor is made for: square, and wherever in the cell it stands, it looks
+/// at the centre of the represented box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PromisedCamera {
+    /// Field of view, in radians, between 0 and pi.
+    pub fov: f64,
+    /// Pixels on a side, at least 1.
+    pub resolution: u32,
+}
+
+impl PromisedCamera {
+    /// Side of the centre pixel at unit distance.
+    pub fn pixel(&self) -> f64 {
+        2.0 * (self.fov / 2.0).tan() / f64::from(self.resolution)
+    }
+}
+
+/// From where, along which axis and how finely layers are recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReferenceView {
+    /// The reference viewpoint and the recording axis.
+    pub pose: Pose,
+    /// The largest texel that is not magnified, and the usual limits.
+    pub precision: Precision,
+}
+
+/// Why nothing can be planned.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The represented box has a corner that is not finite, or one less than the other.
+    #[error("the represented box from {from} to {to} is not a finite box")]
+    BadBox {
+        /// Its first corner.
+        from: DVec3,
+        /// Its second corner.
+        to: DVec3,
+    },
+    /// The view cell has sizes or distances that make no cell.
+    #[error("{0:?} is not a view cell with finite, sensible sizes")]
+    BadCell(ViewCell),
+    /// The camera cannot see.
+    #[error("a camera of {resolution} pixels and a field of view of {fov} radians cannot see")]
+    BadCamera {
+        /// In radians.
+        fov: f64,
+        /// In pixels.
+        resolution: u32,
+    },
+    /// Along none of the axes tried does the view cell lie wholly before the represented box.
+    #[error(
+        "the represented box from {from} to {to} is not wholly in front of the view cell along any \
+         recording axis: move the cell away or represent less"
+    )]
+    CellNotBefore {
+        /// Least corner of the box.
+        from: DVec3,
+        /// Greatest corner of the box.
+        to: DVec3,
+    },
+    /// A camera of the cell that looks at the centre of the box has parts of the box beside or
+    /// behind it.
+    #[error(
+        "the represented box from {from} to {to} reaches around a camera of the view cell that \
+         looks at its centre: move the cell away or represent less"
+    )]
+    TooNear {
+        /// Least corner of the box.
+        from: DVec3,
+        /// Greatest corner of the box.
+        to: DVec3,
+    },
+    /// The layers cannot be placed.
+    #[error(transparent)]
+    Stack(#[from] StackError),
+}
+
+/// How many places for the reference viewpoint are compared, both ends of the way included.
+const PLACES: u32 = 17;
+
+/// A direction that is no axis of the world must save this share of the texels to be taken:
+/// across an axis of the world, facades lie within one layer each instead of crossing many.
+const WORTH_TURNING: f64 = 0.05;
+
+/// The stack of layers that shows a represented box to a view cell.
+///
+/// This is [`reference_view`], then [`stack`](crate::stack()) for the bounds of the box. What is in
+/// the box may leave room: for that, take both steps, with the bounds of the vertices
+/// ([`Bounds::of_points`]) between them.
+///
+/// * `represented` - least and greatest corner of a box in the world; it may be flat
+///
+/// # Errors
+///
+/// When the cell is not wholly before the box, there would be too many texels or layers, or the
+/// arguments make no sense.
+pub fn plan(
+    cell: &ViewCell,
+    represented: [DVec3; 2],
+    camera: &PromisedCamera,
+) -> Result<LayerStack, PlanError> {
+    let ReferenceView { pose, precision } = reference_view(cell, represented, camera)?;
+    let bounds = Bounds::of_points(&pose, box_corners(represented))?;
+    let corners = corners_in_view(&pose, cell);
+    Ok(stack(&pose, &bounds, &precision, &corners)?)
+}
+
+/// The reference viewpoint, recording axis and texel size that show a represented box to a view
+/// cell with the least effort.
+///
+/// The axis of a box-shaped cell is an axis of the world along which the cell lies wholly before
+/// the represented box, or the direction between the centres if that separates them too: the one
+/// with the least product of columns, rows and layers, where the direction between the centres
+/// must save 5 % against the others. Layers across the world's axes hold facades as a
+/// whole. A shaft is recorded against its own axis.
+///
+/// The reference viewpoint is on the line through the cell's centre along the axis (a shaft's
+/// axis), between the border nearest to the box and the centre ([`ViewCell::center`], so twice as
+/// far from the apex as the near border if the shaft has no end): of 17 evenly spaced
+/// places the one with the fewest layers, and of several the nearest to the box. A viewpoint nearer
+/// to the box than the cell would have distant layers magnified.
+///
+/// # Errors
+///
+/// As for [`plan`].
+pub fn reference_view(
+    cell: &ViewCell,
+    represented: [DVec3; 2],
+    camera: &PromisedCamera,
+) -> Result<ReferenceView, PlanError> {
+    check(cell, represented, camera)?;
+    let [from, to] = represented;
+    let mut best: Option<(f64, ReferenceView)> = None;
+    let mut failure = PlanError::CellNotBefore { from, to };
+    for Candidate {
+        axis,
+        border,
+        center,
+        handicap,
+    } in candidates(cell, represented)
+    {
+        if !is_before(cell, axis, represented) {
+            continue;
+        }
+        match best_place(cell, represented, camera, axis, [border, center]) {
+            Ok((effort, view)) => {
+                if best.is_none_or(|(least, _)| effort * handicap < least) {
+                    best = Some((effort * handicap, view));
+                }
+            }
+            Err(error) => failure = error,
+        }
+    }
+    best.map(|(_, view)| view).ok_or(failure)
+}
+
+/// A recording axis, and the ends of the way on which the reference viewpoint may be.
+struct Candidate {
+    axis: DVec3,
+    border: DVec3,
+    center: DVec3,
+    handicap: f64,
+}
+
+/// The recording axes to compare, in order of preference.
+fn candidates(cell: &ViewCell, [from, to]: [DVec3; 2]) -> Vec<Candidate> {
+    let (cell_center, size) = match *cell {
+        ViewCell::Box { center, size } => (center, size),
+        ViewCell::Shaft { axis, .. } => {
+            return vec![Candidate {
+                axis: -axis.normalize(),
+                border: cell.point(DVec3::new(0.5, 0.5, 0.0)),
+                center: cell.center(),
+                handicap: 1.0,
+            }];
+        }
+    };
+    let candidate = |axis: DVec3, handicap| {
+        // Where the line through the centre leaves the box.
+        let reach = (0..3).filter(|i| axis[*i] != 0.0);
+        let reach = reach
+            .map(|i| size[i] / 2.0 / axis[i].abs())
+            .fold(f64::INFINITY, f64::min);
+        Candidate {
+            axis,
+            border: cell_center + axis * reach,
+            center: cell_center,
+            handicap,
+        }
+    };
+    let between = ((from - cell_center) + (to - cell_center)) / 2.0;
+    let turned = between.try_normalize();
+    DVec3::AXES
+        .into_iter()
+        .flat_map(|axis| [candidate(axis, 1.0), candidate(-axis, 1.0)])
+        .chain(turned.map(|axis| candidate(axis, 1.0 / (1.0 - WORTH_TURNING))))
+        .collect()
+}
+
+/// Whether all of the cell lies before all of the box along an axis.
+fn is_before(cell: &ViewCell, axis: DVec3, represented: [DVec3; 2]) -> bool {
+    // Relative to the box, for the digits.
+    let origin = represented[0];
+    let nearest = box_corners(represented)
+        .map(|c| (c - origin).dot(axis))
+        .fold(f64::INFINITY, f64::min);
+    cell.corners().iter().all(|c| {
+        let depth = (c.truncate() - origin * c.w).dot(axis);
+        if c.w == 0.0 {
+            depth < 0.0
+        } else {
+            depth < nearest
+        }
+    })
+}
+
+/// The view from the best place between `ends`, and its columns times rows times layers.
+fn best_place(
+    cell: &ViewCell,
+    represented: [DVec3; 2],
+    camera: &PromisedCamera,
+    axis: DVec3,
+    [border, center]: [DVec3; 2],
+) -> Result<(f64, ReferenceView), PlanError> {
+    let [from, to] = represented;
+    let pixel = camera.pixel();
+    let mut best = None;
+    let mut limit = MAX_LAYERS;
+    for i in 0..PLACES {
+        let eye = border.lerp(center, f64::from(i) / f64::from(PLACES - 1));
+        let pose = Pose::looking_along(eye, axis);
+        let texel = texel_size(&pose, cell, represented, pixel);
+        if texel <= 0.0 {
+            return Err(PlanError::TooNear { from, to });
+        }
+        let precision = Precision {
+            texel,
+            disparity: SAFE_DISPARITY,
+            parallax: pixel,
+        };
+        let bounds = Bounds::of_points(&pose, box_corners(represented))?;
+        let corners = corners_in_view(&pose, cell);
+        // Layers, then texels: an equal number of layers goes to the place found first.
+        if let Some((texels, layers)) = count_layers(&bounds, &precision, &corners, limit)? {
+            let effort = texels.element_product() * layers as f64;
+            best = Some((effort, ReferenceView { pose, precision }));
+            limit = layers - 1;
+        }
+    }
+    Ok(best.ok_or(StackError::TooManyLayers)?)
+}
+
+fn box_corners([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
+    (0..8).map(move |i| {
+        let side = |bit: usize| {
+            if i >> bit & 1 == 0 {
+                from[bit]
+            } else {
+                to[bit]
+            }
+        };
+        DVec3::new(side(0), side(1), side(2))
+    })
+}
+
+fn check(
+    cell: &ViewCell,
+    [from, to]: [DVec3; 2],
+    camera: &PromisedCamera,
+) -> Result<(), PlanError> {
+    // NaN fails every comparison, so each asks for what is wanted.
+    if !((to - from).is_finite() && from.cmple(to).all()) {
+        return Err(PlanError::BadBox { from, to });
+    }
+    let sensible = match *cell {
+        ViewCell::Box { center, size } => {
+            center.is_finite() && size.is_finite() && size.cmpge(DVec3::ZERO).all()
+        }
+        ViewCell::Shaft {
+            apex,
+            axis,
+            half_angle,
+            near,
+            far,
+        } => {
+            apex.is_finite()
+                && axis.try_normalize().is_some()
+                && (0.0..std::f64::consts::FRAC_PI_2).contains(&half_angle)
+                && near > 0.0
+                && near.is_finite()
+                && near <= far
+        }
+    };
+    if !sensible {
+        return Err(PlanError::BadCell(*cell));
+    }
+    let PromisedCamera { fov, resolution } = *camera;
+    if !(fov > 0.0 && fov < std::f64::consts::PI && resolution > 0) {
+        return Err(PlanError::BadCamera { fov, resolution });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const CAMERA: PromisedCamera = PromisedCamera {
+        fov: std::f64::consts::FRAC_PI_4,
+        resolution: 512,
+    };
+
+    /// A house 20 m wide and high and 40 m deep, `distance` before a cubic cell of 100 m, both
+    /// centred at the same height.
+    fn house(distance: f64) -> (ViewCell, [DVec3; 2]) {
+        let cell = ViewCell::Box {
+            center: DVec3::new(0.0, 0.0, 50.0),
+            size: DVec3::splat(100.0),
+        };
+        let far = DVec3::new(-10.0, -10.0, -distance - 40.0);
+        (cell, [far, DVec3::new(10.0, 10.0, -distance)])
+    }
+
+    const DISTANCES: [f64; 7] = [90.0, 110.0, 140.0, 180.0, 250.0, 500.0, 1000.0];
+
+    fn stack_from(eye: DVec3, distance: f64, disparity: f64) -> LayerStack {
+        let (cell, represented) = house(distance);
+        let pose = Pose::looking_along(eye, DVec3::NEG_Z);
+        let texel = texel_size(&pose, &cell, represented, CAMERA.pixel());
+        let precision = Precision {
+            texel,
+            disparity,
+            parallax: CAMERA.pixel(),
+        };
+        let bounds = Bounds::of_points(&pose, box_corners(represented)).unwrap();
+        stack(&pose, &bounds, &precision, &corners_in_view(&pose, &cell)).unwrap()
+    }
+
+    /// Table 4.1 of S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, counts
+    /// 110, 81, 56, 34, 19, 5 and 1 layers for a house of unstated size. This house takes about
+    /// as many; the counts themselves are our own, and may change by two.
+    #[test]
+    fn layers_of_the_house() {
+        let check = |counts: [usize; 7], expected: [usize; 7]| {
+            for (found, wanted) in counts.into_iter().zip(expected) {
+                assert!(
+                    found.abs_diff(wanted) <= 2,
+                    "{counts:?} is not {expected:?}"
+                );
+            }
+        };
+        let middle = DVec3::new(0.0, 0.0, 50.0);
+        check(
+            DISTANCES.map(|d| stack_from(middle, d, 1.0).layers.len()),
+            [121, 84, 54, 33, 18, 5, 1],
+        );
+        check(
+            DISTANCES.map(|d| stack_from(DVec3::ZERO, d, SAFE_DISPARITY).layers.len()),
+            [122, 86, 56, 36, 19, 5, 1],
+        );
+    }
+
+    /// The plan for the house looks from the near border, where the layers are fewest.
+    #[test]
+    fn the_house_is_recorded_from_the_near_border() {
+        for distance in DISTANCES {
+            let (cell, represented) = house(distance);
+            let plan = plan(&cell, represented, &CAMERA).unwrap();
+            assert_eq!(plan, stack_from(DVec3::ZERO, distance, SAFE_DISPARITY));
+        }
+    }
+
+    /// No place on the way has fewer layers, and none nearer to the box as few.
+    #[test]
+    fn the_viewpoint_has_the_fewest_layers() {
+        // Before a wide facade the best place is not at the border.
+        let cell = ViewCell::Box {
+            center: DVec3::new(0.0, 0.0, 10.0),
+            size: DVec3::new(4.0, 4.0, 20.0),
+        };
+        let represented = [
+            DVec3::new(-20.0, -20.0, -60.0),
+            DVec3::new(20.0, 20.0, -20.0),
+        ];
+        let found = reference_view(&cell, represented, &CAMERA).unwrap();
+        let count = |i: u32| {
+            let eye = DVec3::new(0.0, 0.0, f64::from(i) * 10.0 / 16.0);
+            let pose = Pose::looking_along(eye, DVec3::NEG_Z);
+            let texel = texel_size(&pose, &cell, represented, CAMERA.pixel());
+            let bounds = Bounds::of_points(&pose, box_corners(represented)).unwrap();
+            let precision = Precision {
+                texel,
+                ..found.precision
+            };
+            let corners = corners_in_view(&pose, &cell);
+            stack(&pose, &bounds, &precision, &corners)
+                .unwrap()
+                .layers
+                .len()
+        };
+        let counts: Vec<_> = (0..PLACES).map(count).collect();
+        let best = (0..counts.len()).min_by_key(|i| counts[*i]).unwrap();
+        assert_eq!(
+            found.pose.eye,
+            DVec3::new(0.0, 0.0, best as f64 * 10.0 / 16.0)
+        );
+        assert!(best > 0, "{counts:?}");
+    }
+
+    #[test]
+    fn axes_of_the_world_are_preferred() {
+        let cell = ViewCell::Box {
+            center: DVec3::ZERO,
+            size: DVec3::ONE,
+        };
+        let axis = |center: DVec3, size: DVec3| {
+            let represented = [center - size / 2.0, center + size / 2.0];
+            reference_view(&cell, represented, &CAMERA).map(|view| view.pose.forward)
+        };
+        // Straight ahead and a little to the side, above and below.
+        assert_eq!(
+            axis(DVec3::new(0.0, 0.0, -9.0), DVec3::ONE),
+            Ok(DVec3::NEG_Z)
+        );
+        assert_eq!(
+            axis(DVec3::new(1.0, 0.5, -9.0), DVec3::ONE),
+            Ok(DVec3::NEG_Z)
+        );
+        assert_eq!(axis(DVec3::new(0.0, 9.0, 1.0), DVec3::ONE), Ok(DVec3::Y));
+        assert_eq!(
+            axis(DVec3::new(0.1, -9.0, 0.0), DVec3::ONE),
+            Ok(DVec3::NEG_Y)
+        );
+        // A wall along x, seen across the corner: its facade stays in few layers.
+        let wall = axis(DVec3::new(6.0, 0.0, -9.0), DVec3::new(8.0, 3.0, 0.1));
+        assert_eq!(wall, Ok(DVec3::NEG_Z));
+        // Across the corner a post has less parallax along the direction to it.
+        let post = axis(DVec3::new(9.0, 9.0, -9.0), DVec3::splat(1.0)).unwrap();
+        assert!(
+            post.abs_diff_eq(DVec3::new(1.0, 1.0, -1.0).normalize(), 1e-12),
+            "{post}"
+        );
+    }
+
+    #[test]
+    fn flat_and_pointlike_boxes_are_planned() {
+        let (cell, _) = house(90.0);
+        let at = DVec3::new(1.0, 2.0, -90.0);
+        // A single triangle that faces the cell, one that stands edge on, and a point.
+        for (size, layers) in [(DVec3::new(3.0, 2.0, 0.0), 1..=1), (DVec3::ZERO, 1..=1)] {
+            let plan = plan(&cell, [at, at + size], &CAMERA).unwrap();
+            assert!(layers.contains(&plan.layers.len()), "{}", plan.layers.len());
+            assert!(plan.width >= 1 && plan.height >= 1);
+        }
+        let edge_on = plan(&cell, [at - DVec3::Z * 9.0, at + DVec3::Y], &CAMERA).unwrap();
+        assert!(edge_on.layers.len() > 10);
+        // A cell of one point sees no parallax.
+        let point = ViewCell::Box {
+            center: DVec3::ZERO,
+            size: DVec3::ZERO,
+        };
+        let (_, represented) = house(90.0);
+        assert_eq!(plan(&point, represented, &CAMERA).unwrap().layers.len(), 1);
+    }
+
+    fn shaft(near: f64, far: f64) -> ViewCell {
+        let axis = DVec3::new(0.3, 0.2, 2.0);
+        ViewCell::Shaft {
+            apex: DVec3::new(5.0, 6.0, 7.0),
+            axis,
+            half_angle: 0.3,
+            near,
+            far,
+        }
+    }
+
+    /// A shaft is recorded against its axis, from between its near border and its centre; one
+    /// that never ends takes no more layers than are bounded, and no fewer than one that ends.
+    #[test]
+    fn shafts_may_be_infinite() {
+        let apex = DVec3::new(5.0, 6.0, 7.0);
+        let represented = [apex - 1.0, apex + 1.0];
+        let plan_to = |far| plan(&shaft(4.0, far), represented, &CAMERA).unwrap();
+        let (short, long, endless) = (plan_to(4.0), plan_to(40.0), plan_to(f64::INFINITY));
+        assert!(short.layers.len() <= long.layers.len());
+        assert!(long.layers.len() <= endless.layers.len());
+        assert!(endless.layers.len() < 1000, "{}", endless.layers.len());
+        let pose = endless.pose;
+        let axis = DVec3::new(0.3, 0.2, 2.0).normalize();
+        assert!(pose.forward.abs_diff_eq(-axis, 1e-15));
+        let distance = (pose.eye - apex).dot(axis);
+        assert!((4.0 - 1e-12..8.0 + 1e-12).contains(&distance), "{distance}");
+        assert!((pose.eye - apex).cross(axis).length() < 1e-12);
+    }
+
+    #[test]
+    fn what_cannot_be_planned_is_an_error() {
+        let (cell, represented) = house(90.0);
+        let error = |cell: &ViewCell, represented, camera: &PromisedCamera| {
+            plan(cell, represented, camera)
+                .map(|s| s.layers.len())
+                .unwrap_err()
+        };
+        let [from, to] = represented;
+        // Touching the cell, and around it.
+        for around in [[from, to.with_z(0.0)], [from - 100.0, to + 100.0]] {
+            let found = error(&cell, around, &CAMERA);
+            assert!(matches!(found, PlanError::CellNotBefore { .. }), "{found}");
+        }
+        // A long wall right before the cell reaches around it.
+        let wall = [DVec3::new(-500.0, 0.0, -2.0), DVec3::new(500.0, 10.0, -1.0)];
+        assert!(matches!(
+            error(&cell, wall, &CAMERA),
+            PlanError::TooNear { .. }
+        ));
+        let fine = PromisedCamera {
+            resolution: 1 << 17,
+            ..CAMERA
+        };
+        let found = error(&cell, represented, &fine);
+        assert!(
+            matches!(found, PlanError::Stack(StackError::TextureTooLarge { .. })),
+            "{found}"
+        );
+        for bad in [
+            [to, from],
+            [from, to.with_x(f64::NAN)],
+            [DVec3::NEG_INFINITY, to],
+        ] {
+            assert!(matches!(
+                error(&cell, bad, &CAMERA),
+                PlanError::BadBox { .. }
+            ));
+        }
+        for (fov, resolution) in [(0.0, 512), (4.0, 512), (f64::NAN, 512), (1.0, 0)] {
+            let found = error(&cell, represented, &PromisedCamera { fov, resolution });
+            assert!(matches!(found, PlanError::BadCamera { .. }));
+        }
+        let negative = ViewCell::Box {
+            center: DVec3::ZERO,
+            size: DVec3::NEG_ONE,
+        };
+        for bad in [
+            negative,
+            shaft(0.0, 1.0),
+            shaft(2.0, 1.0),
+            shaft(f64::INFINITY, 1.0 / 0.0),
+        ] {
+            assert!(matches!(
+                error(&bad, represented, &CAMERA),
+                PlanError::BadCell(_)
+            ));
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// There are no absolute lengths: a world a million times larger or smaller gets the
+        /// same layers, scaled; one that is moved far away almost the same.
+        #[test]
+        fn plans_scale_and_move_with_the_world(
+            size in prop::array::uniform3(0.1..5.0f64),
+            object in prop::array::uniform3(0.1..5.0f64),
+            shift in prop::array::uniform3(-2.0..2.0f64),
+            gap in 2.0..20.0f64,
+        ) {
+            let (size, object) = (DVec3::from(size), DVec3::from(object));
+            let camera = PromisedCamera { resolution: 128, ..CAMERA };
+            let offset = DVec3::from(shift).with_z(-gap - (size.z + object.z) / 2.0);
+            let plan_at = |scale: f64, origin: DVec3| {
+                let cell = ViewCell::Box { center: origin, size: size * scale };
+                let center = origin + offset * scale;
+                let half = object / 2.0 * scale;
+                plan(&cell, [center - half, center + half], &camera)
+            };
+            let Ok(one) = plan_at(1.0, DVec3::ZERO) else { return Ok(()) };
+            // Powers of two change no digits.
+            for scale in [2f64.powi(-20), 2f64.powi(20)] {
+                let other = plan_at(scale, DVec3::ZERO).unwrap();
+                prop_assert_eq!(other.extent, one.extent);
+                prop_assert_eq!(other.pose.forward, one.pose.forward);
+                let depths = |s: &LayerStack, f: f64| -> Vec<_> {
+                    s.layers.iter().map(|l| [l.depth * f, l.near * f, l.far * f]).collect()
+                };
+                prop_assert_eq!(depths(&other, 1.0), depths(&one, scale));
+            }
+            // 1e6 m away, the sizes are rounded to 1e-10 m; counts change only at the brink.
+            let far = plan_at(1.0, DVec3::new(1e6, -1e6, 1e6)).unwrap();
+            prop_assert!(far.layers.len().abs_diff(one.layers.len()) <= 1);
+            prop_assert!(far.width.abs_diff(one.width) <= 1);
+        }
+
+        /// A finer camera gets finer texels.
+        #[test]
+        fn texels_follow_the_resolution(distance in 20.0..500.0f64, resolution in 16u32..256) {
+            let (cell, represented) = house(distance);
+            let at = |resolution| {
+                plan(&cell, represented, &PromisedCamera { resolution, ..CAMERA }).unwrap()
+            };
+            let (coarse, fine) = (at(resolution), at(2 * resolution));
+            prop_assert!(fine.layers.len() >= coarse.layers.len());
+            // The same axis and so the same width, if not the same viewpoint, within the margins.
+            prop_assert!(fine.width + 3 >= 2 * coarse.width || fine.pose != coarse.pose);
+        }
+    }
+}
