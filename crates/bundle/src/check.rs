@@ -322,3 +322,192 @@ fn require(holds: bool, place: impl Display, problem: impl FnOnce() -> String) -
         }),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{manifests, sample};
+    use proptest::prelude::*;
+
+    fn layers(manifest: &mut Manifest, impostor: usize) -> &mut LayeredBody {
+        let Body::Layered(body) = &mut manifest.impostors[impostor].body;
+        body
+    }
+
+    #[test]
+    fn a_sound_manifest_passes() {
+        assert_eq!(sample().check(), Ok(()));
+    }
+
+    /// Whatever is damaged, the check names the place.
+    #[test]
+    fn every_damage_is_found() {
+        type Damage = fn(&mut Manifest);
+        let damages: [(&str, Damage); 38] = [
+            ("format", |m| m.format = "other".into()),
+            ("version", |m| m.version = 0),
+            ("generator.name", |m| m.generator.name.clear()),
+            ("technique.bytes_per_quad", |m| {
+                let Technique::Layered { bytes_per_quad, .. } = &mut m.technique;
+                *bytes_per_quad = -1.0;
+            }),
+            ("options.resolution", |m| m.options.resolution = 0),
+            ("options.resolution", |m| m.options.resolution = 65537),
+            ("options.fov_degrees", |m| m.options.fov_degrees = 180.0),
+            ("options.fov_degrees", |m| m.options.fov_degrees = f64::NAN),
+            ("options.view_cell.center", |m| {
+                m.options.view_cell = ViewCell::Box {
+                    center: DVec3::INFINITY,
+                    size: DVec3::ONE,
+                };
+            }),
+            ("options.view_cell.size", |m| {
+                m.options.view_cell = ViewCell::Box {
+                    center: DVec3::ONE,
+                    size: DVec3::new(1.0, -1.0, 1.0),
+                };
+            }),
+            ("options.view_cell.axis", |m| {
+                shaft(m, DVec3::ZERO, 0.1, 1.0, 2.0)
+            }),
+            ("options.view_cell.half_angle", |m| {
+                shaft(m, DVec3::X, 1.6, 1.0, 2.0)
+            }),
+            ("options.view_cell.near", |m| {
+                shaft(m, DVec3::X, 0.1, 2.0, 1.0)
+            }),
+            ("options.view_cell.near", |m| {
+                shaft(m, DVec3::X, 0.1, 0.0, 1.0)
+            }),
+            ("options.view_cell.near", |m| {
+                shaft(m, DVec3::X, 0.1, 1.0, f64::NAN)
+            }),
+            ("scene.name", |m| {
+                m.scene = SceneSource::BuiltIn {
+                    name: String::new(),
+                    size: 1,
+                    seed: 1,
+                };
+            }),
+            ("scene.path", |m| file(m, "/home/a.glb", &"0".repeat(64))),
+            ("scene.path", |m| file(m, "C:/a.glb", &"0".repeat(64))),
+            ("scene.sha256", |m| file(m, "../a.glb", &"A".repeat(64))),
+            ("promise.parallax_px", |m| {
+                m.promise.parallax_px = Some(f64::INFINITY)
+            }),
+            ("promise.coverage_error", |m| {
+                m.promise.coverage_error = Some(-0.1)
+            }),
+            ("impostors[1].name", |m| {
+                m.impostors[1].name = "front".into()
+            }),
+            ("impostors[0].represented", |m| {
+                m.impostors[0].represented.swap(0, 1)
+            }),
+            ("impostors[0].body.pose.eye", |m| {
+                layers(m, 0).pose.eye.x = f64::NAN
+            }),
+            ("impostors[0].body.pose", |m| layers(m, 0).pose.right *= 1.1),
+            ("impostors[0].body.pose", |m| layers(m, 0).pose.down *= -1.0),
+            ("impostors[0].body.extent", |m| {
+                layers(m, 0).extent.max.y = -9.0
+            }),
+            ("impostors[0].body.width", |m| layers(m, 0).width = 0),
+            ("impostors[1].body.height", |m| {
+                layers(m, 1).height = 1 << 20
+            }),
+            ("impostors[0].body.layers[1]", |m| {
+                layers(m, 0).layers[1].far = 5.0
+            }),
+            ("impostors[0].body.layers[0]", |m| {
+                layers(m, 0).layers[0].near = f64::NAN
+            }),
+            ("impostors[0].body.layers[1]", |m| {
+                layers(m, 0).layers.swap(0, 1)
+            }),
+            ("impostors[0].body.texels_kept", |m| {
+                layers(m, 0).texels_kept = 1001
+            }),
+            ("statistics.layers", |m| m.statistics.layers = 4),
+            ("statistics.quads", |m| layers(m, 1).layers[0].quads = 8),
+            ("statistics.texels_recorded", |m| {
+                layers(m, 0).texels_recorded = u64::MAX;
+            }),
+            ("files", |m| m.files[0].path = "other.glb".into()),
+            ("files[1].path", |m| m.files.push(m.files[0].clone())),
+        ];
+        for (i, (place, damage)) in damages.into_iter().enumerate() {
+            let mut manifest = sample();
+            damage(&mut manifest);
+            let found = manifest.check().map_err(|e| e.place);
+            assert_eq!(found, Err(place.to_owned()), "damage {i}");
+        }
+    }
+
+    fn shaft(manifest: &mut Manifest, axis: DVec3, half_angle: f64, near: f64, far: f64) {
+        manifest.options.view_cell = ViewCell::Shaft {
+            apex: DVec3::ZERO,
+            axis,
+            half_angle,
+            near,
+            far,
+        };
+    }
+
+    fn file(manifest: &mut Manifest, path: &str, sha256: &str) {
+        manifest.scene = SceneSource::File {
+            path: path.into(),
+            sha256: sha256.into(),
+        };
+    }
+
+    #[test]
+    fn paths_stay_inside() {
+        for path in [
+            "impostors.glb",
+            "pages/000.png",
+            "a/b/c.d",
+            "..a/b..",
+            "zoë.png",
+        ] {
+            assert_eq!(check_path(path), Ok(()));
+        }
+        let outside = [
+            "",
+            "/",
+            "/a",
+            "a/",
+            "a//b",
+            ".",
+            "..",
+            "../a",
+            "a/../b",
+            "a/./b",
+            "a/..",
+            "C:",
+            "C:/a",
+            "C:a",
+            "\\a",
+            "a\\..\\b",
+            "a\0b",
+            "a\nb",
+            "nul?",
+            "bundle.json",
+            "Bundle.JSON",
+            "verify.json",
+            "report.html",
+            "report/worst.png",
+        ];
+        for path in outside {
+            assert!(check_path(path).is_err(), "{path:?}");
+        }
+    }
+
+    proptest! {
+        /// The generator of sound manifests makes sound manifests.
+        #[test]
+        fn random_manifests_pass(manifest in manifests()) {
+            prop_assert_eq!(manifest.check(), Ok(()));
+        }
+    }
+}

@@ -11,8 +11,10 @@ pub(crate) struct Document {
     pub(crate) asset: Asset,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) extensions_used: Vec<&'static str>,
-    pub(crate) scene: u32,
-    pub(crate) scenes: [SceneNodes; 1],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) scene: Option<u32>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) scenes: Vec<SceneNodes>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) nodes: Vec<Node>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -48,9 +50,8 @@ impl Default for Asset {
     }
 }
 
-#[derive(Default, Serialize)]
+#[derive(Serialize)]
 pub(crate) struct SceneNodes {
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(crate) nodes: Vec<u32>,
 }
 

@@ -347,3 +347,65 @@ pub fn schema() -> String {
     let text = serde_json::to_string_pretty(&schema);
     text.expect("a schema has only string keys") + "\n"
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::manifests;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Every manifest is read back as it was, numbers with all their bits.
+        #[test]
+        fn manifests_round_trip(manifest in manifests()) {
+            let text = serde_json::to_string_pretty(&manifest).unwrap();
+            let back: Manifest = serde_json::from_str(&text).unwrap();
+            prop_assert_eq!(&back, &manifest);
+            // Equal numbers may have other bits (0 and -0), equal texts may not.
+            prop_assert_eq!(serde_json::to_string_pretty(&back).unwrap(), text);
+        }
+    }
+
+    /// Nothing of a manifest is ignored in silence.
+    #[test]
+    fn unknown_fields_are_errors() {
+        let manifest = serde_json::to_value(crate::generate::sample()).unwrap();
+        let places = [
+            "",
+            "/technique",
+            "/options",
+            "/options/view_cell",
+            "/scene",
+            "/promise",
+            "/statistics/after",
+            "/impostors/0",
+            "/impostors/0/body",
+            "/impostors/0/body/pose",
+            "/impostors/0/body/layers/0",
+            "/files/0",
+        ];
+        for place in places {
+            let mut manifest = manifest.clone();
+            manifest.pointer_mut(place).unwrap()["colour"] = 1.into();
+            let error = serde_json::from_value::<Manifest>(manifest).unwrap_err();
+            assert!(error.to_string().contains("colour"), "{place}: {error}");
+        }
+    }
+
+    /// The published schema is that of the code.
+    #[test]
+    fn the_published_schema_is_up_to_date() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schema/bundle-1.schema.json");
+        if std::env::var_os("FARFIELD_BLESS").is_some() {
+            std::fs::write(path, schema()).unwrap();
+        }
+        // Compared as values: the order of keys depends on what other crates ask of serde_json.
+        let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+        let published = std::fs::read_to_string(path).unwrap_or_else(|_| "null".into());
+        assert!(
+            value(&published) == value(&schema()),
+            "{path} is not what the manifest's types say. If the change is meant, and readers of \
+             version {VERSION} can live with it, run the test again with FARFIELD_BLESS=1."
+        );
+    }
+}

@@ -30,3 +30,25 @@ pub fn encode_png(image: &Image) -> Vec<u8> {
     written.expect("sizes are right and memory does not fail");
     bytes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::images;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Every texel is kept, colours under transparent ones too.
+        #[test]
+        fn images_round_trip(image in images()) {
+            let bytes = encode_png(&image);
+            let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();
+            let mut texels = vec![0; reader.output_buffer_size().unwrap()];
+            let info = reader.next_frame(&mut texels).unwrap();
+            prop_assert_eq!((info.width, info.height), (image.width, image.height));
+            prop_assert_eq!(info.color_type, png::ColorType::Rgba);
+            prop_assert_eq!(&texels, image.texels.as_flattened());
+            prop_assert_eq!(encode_png(&image), bytes);
+        }
+    }
+}

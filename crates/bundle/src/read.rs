@@ -149,3 +149,169 @@ fn is_absent(e: &io::Error) -> bool {
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{sample, sample_files};
+    use crate::write;
+    use proptest::prelude::*;
+    use serde_json::{Value, json};
+
+    /// A small bundle in a folder that is removed at the end.
+    fn bundle() -> (tempfile::TempDir, Manifest) {
+        let dir = tempfile::tempdir().unwrap();
+        let manifest = write(dir.path(), &sample(), &sample_files()).unwrap();
+        (dir, manifest)
+    }
+
+    /// Whichever byte of whichever file is changed, and in whichever bit, reading fails and names
+    /// the file.
+    #[test]
+    fn every_flipped_byte_is_found() {
+        let (dir, manifest) = bundle();
+        let listed = manifest.files.iter().map(|file| &*file.path);
+        for path in listed.chain([MANIFEST_FILE]) {
+            let path = dir.path().join(path);
+            let sound = fs::read(&path).unwrap();
+            for i in 0..sound.len() {
+                let mut damaged = sound.clone();
+                // All bits in turn.
+                damaged[i] ^= 1 << (i % 8);
+                fs::write(&path, &damaged).unwrap();
+                let message = read(dir.path()).unwrap_err().to_string();
+                let name = path.display().to_string();
+                assert!(message.contains(&name), "byte {i} of {name}: {message}");
+            }
+            fs::write(&path, sound).unwrap();
+        }
+        assert_eq!(read(dir.path()).unwrap(), manifest);
+    }
+
+    /// Wherever a file is cut off, and when something is appended, reading fails.
+    #[test]
+    fn every_wrong_length_is_found() {
+        let (dir, manifest) = bundle();
+        let listed = manifest.files.iter().map(|file| &*file.path);
+        for path in listed.chain([MANIFEST_FILE]) {
+            let path = dir.path().join(path);
+            let sound = fs::read(&path).unwrap();
+            for len in 0..sound.len() {
+                fs::write(&path, &sound[..len]).unwrap();
+                assert!(read(dir.path()).is_err(), "{} cut at {len}", path.display());
+            }
+            fs::write(&path, [&sound[..], b"\n"].concat()).unwrap();
+            assert!(read(dir.path()).is_err());
+            fs::write(&path, sound).unwrap();
+        }
+        assert_eq!(read(dir.path()).unwrap(), manifest);
+    }
+
+    #[test]
+    fn every_missing_file_is_named() {
+        let (dir, manifest) = bundle();
+        for file in &manifest.files {
+            let path = dir.path().join(&file.path);
+            let sound = fs::read(&path).unwrap();
+            fs::remove_file(&path).unwrap();
+            let missing = |e| matches!(e, BundleError::Missing { path: p } if p == path);
+            assert!(read(dir.path()).is_err_and(missing));
+            // A folder of that name is no file.
+            fs::create_dir(&path).unwrap();
+            let missing = |e| matches!(e, BundleError::Missing { path: p } if p == path);
+            assert!(read(dir.path()).is_err_and(missing));
+            fs::remove_dir(&path).unwrap();
+            fs::write(&path, sound).unwrap();
+        }
+        fs::remove_file(dir.path().join(MANIFEST_FILE)).unwrap();
+        let found = read(dir.path());
+        assert!(matches!(found, Err(BundleError::NotABundle { .. })));
+        let found = read(&dir.path().join("nowhere"));
+        assert!(matches!(found, Err(BundleError::NotABundle { .. })));
+    }
+
+    /// A later version may have any content; what is said is that it is later.
+    #[test]
+    fn a_newer_version_asks_for_a_newer_farfield() {
+        let (dir, _) = bundle();
+        let text = json!({ "format": FORMAT, "version": 2, "shape": "other" }).to_string();
+        fs::write(dir.path().join(MANIFEST_FILE), text).unwrap();
+        let error = read(dir.path()).unwrap_err();
+        assert!(matches!(
+            error,
+            BundleError::UnknownVersion { found: 2, .. }
+        ));
+        assert!(error.to_string().contains("use a newer farfield"));
+        assert!(is_bundle(dir.path()).unwrap());
+    }
+
+    #[test]
+    fn a_manifest_of_something_else_is_told_apart() {
+        let (dir, _) = bundle();
+        let text = json!({ "format": "other", "version": 1 }).to_string();
+        fs::write(dir.path().join(MANIFEST_FILE), text).unwrap();
+        let error = read(dir.path()).unwrap_err();
+        assert!(matches!(error, BundleError::WrongFormat { found, .. } if found == "other"));
+        assert!(!is_bundle(dir.path()).unwrap());
+    }
+
+    /// A manifest of any size is refused before it is held in memory.
+    #[test]
+    fn a_huge_manifest_is_refused() {
+        let (dir, _) = bundle();
+        // Sparse: takes no room on disk.
+        let file = File::create(dir.path().join(MANIFEST_FILE)).unwrap();
+        file.set_len(1 << 40).unwrap();
+        let error = read(dir.path()).unwrap_err();
+        assert!(matches!(error, BundleError::TooLarge { .. }));
+    }
+
+    /// All places in a JSON document.
+    fn places(value: &Value, place: String, all: &mut Vec<String>) {
+        match value {
+            Value::Object(fields) => {
+                for (name, value) in fields {
+                    places(value, format!("{place}/{name}"), all);
+                }
+            }
+            Value::Array(values) => {
+                for (i, value) in values.iter().enumerate() {
+                    places(value, format!("{place}/{i}"), all);
+                }
+            }
+            _ => {}
+        }
+        all.push(place);
+    }
+
+    proptest! {
+        /// Whatever stands in the place of a part of the manifest gives an error, never a panic.
+        #[test]
+        fn hostile_values_are_errors(at: prop::sample::Index, value: prop::sample::Index) {
+            let mut manifest = serde_json::to_value(sample()).unwrap();
+            let mut all = Vec::new();
+            places(&manifest, String::new(), &mut all);
+            let values = [
+                json!(null), json!(true), json!(0), json!(-1), json!(1), json!(1e308), json!(-5e-324),
+                json!(u64::MAX), json!(""), json!("../../etc/passwd"), json!("layered"), json!([]),
+                json!({}), json!([0, 0, 0]), json!([1e308, 1e308, 1e308]), json!([[1], [2], [3]]),
+                Value::Array(vec![json!({}); 1000]),
+            ];
+            *manifest.pointer_mut(&all[at.index(all.len())]).unwrap() = values[value.index(values.len())].clone();
+            // The checksum cannot fit, so even where the value could be, this is an error.
+            let text = serde_json::to_vec_pretty(&manifest).unwrap();
+            prop_assert!(parse(Path::new("bundle.json"), &text).is_err());
+        }
+
+        /// Pieces cut out, doubled or put somewhere else give an error, never a panic.
+        #[test]
+        fn scrambled_manifests_are_errors(cuts: [prop::sample::Index; 3], junk in ".{0,3}") {
+            let text = serde_json::to_string_pretty(&sample()).unwrap().into_bytes();
+            let [a, b, c] = cuts.map(|cut| cut.index(text.len()));
+            let (a, b) = (a.min(b), a.max(b));
+            let scrambled = [&text[..a], &text[c..], junk.as_bytes(), &text[b..]].concat();
+            prop_assume!(scrambled != text);
+            prop_assert!(parse(Path::new("bundle.json"), &scrambled).is_err());
+        }
+    }
+}

@@ -369,3 +369,223 @@ fn failed(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> BundleE
         source,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{files, manifests, sample, sample_files};
+    use crate::read;
+    use proptest::prelude::*;
+    use std::collections::BTreeMap;
+
+    /// All files below a folder, and all folders with empty content.
+    fn tree(dir: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+        let mut all = BTreeMap::new();
+        for entry in fs::read_dir(dir).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                all.extend(tree(&path));
+            }
+            all.insert(path.clone(), fs::read(&path).unwrap_or_default());
+        }
+        all
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// A bundle is read as it was written, and holds just its files. The order in which they
+        /// are given does not matter.
+        #[test]
+        fn what_is_written_is_read(manifest in manifests(), files in files()) {
+            let parent = tempfile::tempdir().unwrap();
+            let dir = parent.path().join("bundle");
+            let written = write(&dir, &manifest, &files).unwrap();
+            prop_assert_eq!(&read(&dir).unwrap(), &written);
+            let unsealed = |manifest: &Manifest| Manifest {
+                files: vec![],
+                sha256: String::new(),
+                ..manifest.clone()
+            };
+            prop_assert_eq!(unsealed(&written), unsealed(&manifest));
+
+            let first = tree(parent.path());
+            for file in &files {
+                prop_assert_eq!(&first[&dir.join(&file.path)], &file.bytes);
+            }
+            // The folder itself, "pages", "a" and "a/b".
+            prop_assert_eq!(first.len(), files.len() + 1 + 4);
+
+            let reversed: Vec<_> = files.into_iter().rev().collect();
+            write(&dir, &written, &reversed).unwrap();
+            prop_assert_eq!(tree(parent.path()), first);
+        }
+    }
+
+    /// An old bundle goes with all that was in it, an empty folder is filled.
+    #[test]
+    fn bundles_and_empty_folders_are_replaced() {
+        let parent = tempfile::tempdir().unwrap();
+        let dir = parent.path().join("bundle");
+        fs::create_dir(&dir).unwrap();
+        write(&dir, &sample(), &sample_files()).unwrap();
+        fs::create_dir(dir.join("report")).unwrap();
+        fs::write(dir.join("report/worst.png"), "").unwrap();
+        write(&dir, &sample(), &sample_files()[..1]).unwrap();
+        assert_eq!(read(&dir).unwrap().files.len(), 1);
+        // The folder, its manifest and the glTF file.
+        assert_eq!(tree(parent.path()).len(), 3);
+    }
+
+    /// Whatever is not ours stays as it is.
+    #[test]
+    fn foreign_folders_are_not_replaced() {
+        let parent = tempfile::tempdir().unwrap();
+        let dir = |name: &str| parent.path().join(name);
+        let contents = [
+            ("notes", "notes.txt", "precious"),
+            ("no_json", "bundle.json", "precious"),
+            ("other", "bundle.json", r#"{"format":"other","version":1}"#),
+            ("unnamed", "bundle.json", r#"{"version":1}"#),
+        ];
+        for (name, file, content) in contents {
+            fs::create_dir(dir(name)).unwrap();
+            fs::write(dir(name).join(file), content).unwrap();
+        }
+        fs::write(dir("file"), "precious").unwrap();
+        let before = tree(parent.path());
+        for name in ["notes", "no_json", "other", "unnamed", "file", "."] {
+            let result = write(&dir(name), &sample(), &sample_files());
+            assert!(matches!(result, Err(BundleError::Foreign { .. })), "{name}");
+        }
+        for name in ["new/..", "new/../.."] {
+            let result = write(&dir(name), &sample(), &sample_files());
+            assert!(
+                matches!(result, Err(BundleError::NoFolderName { .. })),
+                "{name}"
+            );
+        }
+        assert_eq!(tree(parent.path()), before);
+    }
+
+    /// A write that fails half-way leaves all as it was: the old bundle, or nothing at all.
+    #[test]
+    fn a_failing_write_leaves_nothing() {
+        let parent = tempfile::tempdir().unwrap();
+        let old = parent.path().join("old");
+        write(&old, &sample(), &sample_files()).unwrap();
+        fs::write(parent.path().join("file"), "").unwrap();
+        let before = tree(parent.path());
+
+        // "pages/000.png" cannot be a file and a folder.
+        let mut files = sample_files();
+        files.push(NewFile {
+            path: "pages/000.png/mip".into(),
+            bytes: vec![],
+        });
+        for name in ["old", "new", "far/down/new"] {
+            let result = write(&parent.path().join(name), &sample(), &files);
+            assert!(matches!(result, Err(BundleError::Io { .. })), "{name}");
+            assert_eq!(tree(parent.path()), before, "{name}");
+        }
+        // A folder cannot be made below a file.
+        let result = write(&parent.path().join("file/new"), &sample(), &sample_files());
+        assert!(result.is_err());
+        // Nothing is touched for a manifest that cannot be.
+        let mut manifest = sample();
+        manifest.options.fov_degrees = f64::NAN;
+        let result = write(&parent.path().join("a/b"), &manifest, &sample_files());
+        assert!(matches!(result, Err(BundleError::Manifest { .. })));
+        let result = write(&parent.path().join("a/b"), &sample(), &sample_files()[1..]);
+        assert!(
+            matches!(result, Err(BundleError::Manifest { .. })),
+            "no glTF file"
+        );
+        assert_eq!(tree(parent.path()), before);
+    }
+
+    /// What a killed bake left goes; what a running one works at, and what only looks alike, stays.
+    #[cfg(unix)]
+    #[test]
+    fn leftovers_are_removed() {
+        let parent = tempfile::tempdir().unwrap();
+        let dir = |name: &str| parent.path().join(name);
+        let names = [
+            ".new.farfield-1-0",
+            ".new.farfield-1-0-0",
+            ".new.farfield-2-0",
+            ".newer.farfield-1-0",
+            ".new.farfield-notes",
+        ];
+        for name in names {
+            fs::create_dir(dir(name)).unwrap();
+            fs::write(dir(name).join("part"), "").unwrap();
+        }
+        fs::write(dir(".new.farfield-3-0"), "a file").unwrap();
+        let _running = lock(&dir(".new.farfield-2-0")).unwrap();
+        write(&dir("new"), &sample(), &sample_files()).unwrap();
+        let exists = names.map(|name| dir(name).exists());
+        assert_eq!(exists, [false, false, true, true, true]);
+        assert!(dir(".new.farfield-3-0").exists());
+    }
+
+    /// Bakes of the same folder at the same time do not disturb each other: one of them comes last,
+    /// complete.
+    #[test]
+    fn concurrent_bakes_leave_one_complete_bundle() {
+        let parent = tempfile::tempdir().unwrap();
+        let dir = parent.path().join("bundle");
+        std::thread::scope(|scope| {
+            for seed in 0..4u8 {
+                let dir = &dir;
+                scope.spawn(move || {
+                    let mut files = sample_files();
+                    files.iter_mut().for_each(|file| file.bytes.push(seed));
+                    for _ in 0..10 {
+                        write(dir, &sample(), &files).unwrap();
+                    }
+                });
+            }
+        });
+        read(&dir).unwrap();
+        let names: Vec<_> = fs::read_dir(parent.path()).unwrap().collect();
+        assert_eq!(names.len(), 1, "{names:?}");
+    }
+
+    /// Where folders cannot be exchanged in one step, two will do.
+    #[test]
+    fn folders_are_exchanged_in_steps_too() {
+        let parent = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|name| parent.path().join(name));
+        for dir in [&a, &b] {
+            fs::create_dir(dir).unwrap();
+            fs::write(dir.join("name"), dir.as_os_str().as_encoded_bytes()).unwrap();
+        }
+        exchange_in_steps(&a, &b).unwrap();
+        assert_eq!(
+            fs::read(b.join("name")).unwrap(),
+            a.as_os_str().as_encoded_bytes()
+        );
+        assert_eq!(
+            fs::read(a.join("name")).unwrap(),
+            b.as_os_str().as_encoded_bytes()
+        );
+        // What cannot be replaced is put back.
+        assert!(exchange_in_steps(&parent.path().join("nowhere"), &b).is_err());
+        assert!(b.join("name").exists());
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 2);
+    }
+
+    /// Through a link, the folder it points to is replaced, not the link.
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed() {
+        let parent = tempfile::tempdir().unwrap();
+        let [dir, link] = ["dir", "link"].map(|name| parent.path().join(name));
+        write(&dir, &sample(), &sample_files()).unwrap();
+        std::os::unix::fs::symlink(&dir, &link).unwrap();
+        write(&link, &sample(), &sample_files()[..1]).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(read(&dir).unwrap().files.len(), 1);
+    }
+}
