@@ -1,0 +1,513 @@
+//! Whether a manifest can be true.
+
+use crate::ManifestError;
+use crate::manifest::{
+    Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest, Options, SceneSource,
+    Technique, VERSION,
+};
+use farfield_views::{Pose, ViewCell};
+use glam::{DMat3, DVec3};
+use std::collections::BTreeSet;
+use std::fmt::Display;
+
+/// No side of a page, a layer or a promised view has more texels.
+const MAX_SIDE: u32 = 1 << 16;
+
+type Checked = Result<(), ManifestError>;
+
+impl Manifest {
+    /// Checks that format and version are this crate's, numbers are finite and in range, view
+    /// cell, poses, extents and layers are possible and in order, totals are the sums of their
+    /// parts, and file names are distinct, ordered and stay inside the folder.
+    ///
+    /// # Errors
+    ///
+    /// The first thing found wrong.
+    pub fn check(&self) -> Checked {
+        require(self.format == FORMAT, "format", || {
+            format!("is {:?}, expected {FORMAT:?}", self.format)
+        })?;
+        require(self.version == VERSION, "version", || {
+            format!("is {}, expected {VERSION}", self.version)
+        })?;
+        not_empty(&self.generator.name, "generator.name")?;
+        let Technique::Layered { bytes_per_quad, .. } = self.technique;
+        not_negative(bytes_per_quad, "technique.bytes_per_quad")?;
+        check_options(&self.options)?;
+        check_source(&self.scene)?;
+        for (name, figure) in [
+            ("parallax_px", self.promise.parallax_px),
+            ("coverage_error", self.promise.coverage_error),
+            ("coverage_change", self.promise.coverage_change),
+        ] {
+            not_negative(figure.unwrap_or(0.0), format_args!("promise.{name}"))?;
+        }
+        self.check_impostors()?;
+        self.check_totals()?;
+        self.check_files()
+    }
+
+    fn check_impostors(&self) -> Checked {
+        let mut names = BTreeSet::new();
+        for (i, impostor) in self.impostors.iter().enumerate() {
+            let place = format!("impostors[{i}]");
+            not_empty(&impostor.name, format_args!("{place}.name"))?;
+            require(
+                names.insert(&impostor.name),
+                format_args!("{place}.name"),
+                || format!("{:?} is the name of an earlier impostor too", impostor.name),
+            )?;
+            check_impostor(impostor, &place)?;
+        }
+        Ok(())
+    }
+
+    fn check_totals(&self) -> Checked {
+        let layered = || {
+            self.impostors.iter().map(|i| match &i.body {
+                Body::Layered(body) => body,
+            })
+        };
+        let total = &self.statistics;
+        for (name, stated, sum) in [
+            (
+                "layers",
+                total.layers,
+                sum(layered().map(|b| b.layers.len() as u64)),
+            ),
+            (
+                "quads",
+                total.quads,
+                sum(layered()
+                    .flat_map(|b| &b.layers)
+                    .map(|l| u64::from(l.quads))),
+            ),
+            (
+                "texels_recorded",
+                total.texels_recorded,
+                sum(layered().map(|b| b.texels_recorded)),
+            ),
+            (
+                "texels_kept",
+                total.texels_kept,
+                sum(layered().map(|b| b.texels_kept)),
+            ),
+        ] {
+            require(
+                sum == Some(stated),
+                format_args!("statistics.{name}"),
+                || format!("is {stated}, which is not the sum over the impostors"),
+            )?;
+        }
+        Ok(())
+    }
+
+    fn check_files(&self) -> Checked {
+        let mut names = BTreeSet::new();
+        for (i, file) in self.files.iter().enumerate() {
+            let place = format!("files[{i}]");
+            check_path(&file.path).map_err(|problem| ManifestError {
+                place: format!("{place}.path"),
+                problem,
+            })?;
+            check_sha256(&file.sha256, format_args!("{place}.sha256"))?;
+            // Also where a file system does not tell upper from lower case.
+            require(
+                names.insert(file.path.to_lowercase()),
+                format_args!("{place}.path"),
+                || format!("{:?} is the name of an earlier file too", file.path),
+            )?;
+        }
+        require(
+            self.files.is_sorted_by(|a, b| a.path < b.path),
+            "files",
+            || "are not ordered by path".into(),
+        )?;
+        let has_gltf = self.files.iter().any(|file| file.path == GLTF_FILE);
+        require(has_gltf, "files", || format!("lack {GLTF_FILE}"))
+    }
+}
+
+fn check_options(options: &Options) -> Checked {
+    let resolution = options.resolution;
+    require(
+        (1..=MAX_SIDE).contains(&resolution),
+        "options.resolution",
+        || format!("is {resolution}, not from 1 to {MAX_SIDE}"),
+    )?;
+    let fov = options.fov_degrees;
+    require(fov > 0.0 && fov < 180.0, "options.fov_degrees", || {
+        format!("is {fov}, not between 0 and 180")
+    })?;
+    let place = "options.view_cell";
+    match options.view_cell {
+        ViewCell::Box { center, size } => {
+            finite(center, format_args!("{place}.center"))?;
+            finite(size, format_args!("{place}.size"))?;
+            not_negative(size.min_element(), format_args!("{place}.size"))
+        }
+        ViewCell::Shaft {
+            apex,
+            axis,
+            half_angle,
+            near,
+            far,
+        } => {
+            finite(apex, format_args!("{place}.apex"))?;
+            finite(axis, format_args!("{place}.axis"))?;
+            require(
+                axis.try_normalize().is_some(),
+                format_args!("{place}.axis"),
+                || "has no direction".into(),
+            )?;
+            require(
+                half_angle > 0.0 && half_angle < std::f64::consts::FRAC_PI_2,
+                format_args!("{place}.half_angle"),
+                || format!("is {half_angle}, not between 0 and pi / 2"),
+            )?;
+            require(
+                near > 0.0 && near.is_finite() && far >= near,
+                format_args!("{place}.near"),
+                || format!("is {near}, not between 0 and the far border at {far}"),
+            )
+        }
+    }
+}
+
+fn check_source(scene: &SceneSource) -> Checked {
+    match scene {
+        SceneSource::File { path, sha256 } => {
+            not_empty(path, "scene.path")?;
+            require(!is_absolute(path), "scene.path", || {
+                format!("{path:?} is not relative to the bundle")
+            })?;
+            check_sha256(sha256, "scene.sha256")
+        }
+        SceneSource::BuiltIn { name, .. } => not_empty(name, "scene.name"),
+    }
+}
+
+fn check_impostor(impostor: &Impostor, place: &str) -> Checked {
+    let [min, max] = impostor.represented;
+    require(
+        min.is_finite() && max.is_finite() && min.cmple(max).all(),
+        format_args!("{place}.represented"),
+        || format!("is no box: {min} to {max}"),
+    )?;
+    match &impostor.body {
+        Body::Layered(body) => check_layered(body, &format!("{place}.body")),
+    }
+}
+
+fn check_layered(body: &LayeredBody, place: &str) -> Checked {
+    check_pose(&body.pose, format_args!("{place}.pose"))?;
+    let (min, max) = (body.extent.min, body.extent.max);
+    require(
+        min.is_finite() && max.is_finite() && min.cmplt(max).all(),
+        format_args!("{place}.extent"),
+        || format!("is no rectangle: {min} to {max}"),
+    )?;
+    for (side, texels) in [("width", body.width), ("height", body.height)] {
+        require(
+            (1..=MAX_SIDE).contains(&texels),
+            format_args!("{place}.{side}"),
+            || format!("is {texels}, not from 1 to {MAX_SIDE}"),
+        )?;
+    }
+    let mut behind = 0.0;
+    for (i, layer) in body.layers.iter().enumerate() {
+        let place = format_args!("{place}.layers[{i}]");
+        let depths = [layer.near, layer.depth, layer.far];
+        require(
+            depths.iter().all(|d| d.is_finite()) && depths.is_sorted() && layer.depth > 0.0,
+            place,
+            || {
+                format!(
+                    "has near, depth and far at {depths:?}, which are not in order or not before the viewer"
+                )
+            },
+        )?;
+        require(layer.near >= behind, place, || {
+            format!(
+                "begins at depth {}, before the layer before it ends",
+                layer.near
+            )
+        })?;
+        behind = layer.far;
+    }
+    require(
+        body.layers.is_sorted_by(|a, b| a.depth < b.depth),
+        format_args!("{place}.layers"),
+        || "are not ordered front to back".into(),
+    )?;
+    require(
+        body.texels_kept <= body.texels_recorded,
+        format_args!("{place}.texels_kept"),
+        || format!("is more than the {} recorded", body.texels_recorded),
+    )
+}
+
+fn check_pose(pose: &Pose, place: impl Display) -> Checked {
+    finite(pose.eye, format_args!("{place}.eye"))?;
+    let m = pose.view_from_world();
+    // Unit vectors that went through a handful of operations are off by some 1e-15.
+    let orthonormal = (m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-9);
+    require(orthonormal && m.determinant() > 0.0, place, || {
+        "has axes that are not perpendicular, of length 1 and right-handed".into()
+    })
+}
+
+/// Checks that a path names a file inside of the bundle that is the bake's own.
+///
+/// Says what is wrong with it otherwise.
+pub(crate) fn check_path(path: &str) -> Result<(), String> {
+    let inside = !is_absolute(path)
+        && path
+            .chars()
+            .all(|c| !c.is_control() && !"\\:*?\"<>|".contains(c))
+        && path.split('/').all(|name| !matches!(name, "" | "." | ".."));
+    if !inside {
+        return Err(format!(
+            "{path:?} does not name a file inside of the bundle"
+        ));
+    }
+    let lower = path.to_lowercase();
+    let first = lower.split('/').next();
+    match first {
+        Some(MANIFEST_FILE | "verify.json" | "report.html" | "report") => {
+            Err(format!("{path:?} is kept for the manifest and reports"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn is_absolute(path: &str) -> bool {
+    let drive = path.as_bytes().get(1) == Some(&b':');
+    drive || path.starts_with(['/', '\\'])
+}
+
+fn check_sha256(digits: &str, place: impl Display) -> Checked {
+    let hexadecimal = |c: u8| matches!(c, b'0'..=b'9' | b'a'..=b'f');
+    require(
+        digits.len() == 64 && digits.bytes().all(hexadecimal),
+        place,
+        || format!("is {digits:?}, not 64 lower-case hexadecimal digits"),
+    )
+}
+
+fn sum(mut parts: impl Iterator<Item = u64>) -> Option<u64> {
+    parts.try_fold(0u64, u64::checked_add)
+}
+
+fn not_empty(text: &str, place: impl Display) -> Checked {
+    require(!text.is_empty(), place, || "is empty".into())
+}
+
+fn finite(v: DVec3, place: impl Display) -> Checked {
+    require(v.is_finite(), place, || format!("is not finite: {v}"))
+}
+
+fn not_negative(x: f64, place: impl Display) -> Checked {
+    require(x >= 0.0 && x.is_finite(), place, || {
+        format!("is {x}, not finite and at least 0")
+    })
+}
+
+fn require(holds: bool, place: impl Display, problem: impl FnOnce() -> String) -> Checked {
+    match holds {
+        true => Ok(()),
+        false => Err(ManifestError {
+            place: place.to_string(),
+            problem: problem(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::{manifests, sample};
+    use proptest::prelude::*;
+
+    fn layers(manifest: &mut Manifest, impostor: usize) -> &mut LayeredBody {
+        let Body::Layered(body) = &mut manifest.impostors[impostor].body;
+        body
+    }
+
+    #[test]
+    fn a_sound_manifest_passes() {
+        assert_eq!(sample().check(), Ok(()));
+    }
+
+    /// Whatever is damaged, the check names the place.
+    #[test]
+    fn every_damage_is_found() {
+        type Damage = fn(&mut Manifest);
+        let damages: [(&str, Damage); 38] = [
+            ("format", |m| m.format = "other".into()),
+            ("version", |m| m.version = 0),
+            ("generator.name", |m| m.generator.name.clear()),
+            ("technique.bytes_per_quad", |m| {
+                let Technique::Layered { bytes_per_quad, .. } = &mut m.technique;
+                *bytes_per_quad = -1.0;
+            }),
+            ("options.resolution", |m| m.options.resolution = 0),
+            ("options.resolution", |m| m.options.resolution = 65537),
+            ("options.fov_degrees", |m| m.options.fov_degrees = 180.0),
+            ("options.fov_degrees", |m| m.options.fov_degrees = f64::NAN),
+            ("options.view_cell.center", |m| {
+                m.options.view_cell = ViewCell::Box {
+                    center: DVec3::INFINITY,
+                    size: DVec3::ONE,
+                };
+            }),
+            ("options.view_cell.size", |m| {
+                m.options.view_cell = ViewCell::Box {
+                    center: DVec3::ONE,
+                    size: DVec3::new(1.0, -1.0, 1.0),
+                };
+            }),
+            ("options.view_cell.axis", |m| {
+                shaft(m, DVec3::ZERO, 0.1, 1.0, 2.0)
+            }),
+            ("options.view_cell.half_angle", |m| {
+                shaft(m, DVec3::X, 1.6, 1.0, 2.0)
+            }),
+            ("options.view_cell.near", |m| {
+                shaft(m, DVec3::X, 0.1, 2.0, 1.0)
+            }),
+            ("options.view_cell.near", |m| {
+                shaft(m, DVec3::X, 0.1, 0.0, 1.0)
+            }),
+            ("options.view_cell.near", |m| {
+                shaft(m, DVec3::X, 0.1, 1.0, f64::NAN)
+            }),
+            ("scene.name", |m| {
+                m.scene = SceneSource::BuiltIn {
+                    name: String::new(),
+                    size: 1,
+                    seed: 1,
+                };
+            }),
+            ("scene.path", |m| file(m, "/home/a.glb", &"0".repeat(64))),
+            ("scene.path", |m| file(m, "C:/a.glb", &"0".repeat(64))),
+            ("scene.sha256", |m| file(m, "../a.glb", &"A".repeat(64))),
+            ("promise.parallax_px", |m| {
+                m.promise.parallax_px = Some(f64::INFINITY)
+            }),
+            ("promise.coverage_error", |m| {
+                m.promise.coverage_error = Some(-0.1)
+            }),
+            ("impostors[1].name", |m| {
+                m.impostors[1].name = "front".into()
+            }),
+            ("impostors[0].represented", |m| {
+                m.impostors[0].represented.swap(0, 1)
+            }),
+            ("impostors[0].body.pose.eye", |m| {
+                layers(m, 0).pose.eye.x = f64::NAN
+            }),
+            ("impostors[0].body.pose", |m| layers(m, 0).pose.right *= 1.1),
+            ("impostors[0].body.pose", |m| layers(m, 0).pose.down *= -1.0),
+            ("impostors[0].body.extent", |m| {
+                layers(m, 0).extent.max.y = -9.0
+            }),
+            ("impostors[0].body.width", |m| layers(m, 0).width = 0),
+            ("impostors[1].body.height", |m| {
+                layers(m, 1).height = 1 << 20
+            }),
+            ("impostors[0].body.layers[1]", |m| {
+                layers(m, 0).layers[1].far = 5.0
+            }),
+            ("impostors[0].body.layers[0]", |m| {
+                layers(m, 0).layers[0].near = f64::NAN
+            }),
+            ("impostors[0].body.layers[1]", |m| {
+                layers(m, 0).layers.swap(0, 1)
+            }),
+            ("impostors[0].body.texels_kept", |m| {
+                layers(m, 0).texels_kept = 1001
+            }),
+            ("statistics.layers", |m| m.statistics.layers = 4),
+            ("statistics.quads", |m| layers(m, 1).layers[0].quads = 8),
+            ("statistics.texels_recorded", |m| {
+                layers(m, 0).texels_recorded = u64::MAX;
+            }),
+            ("files", |m| m.files[0].path = "other.glb".into()),
+            ("files[1].path", |m| m.files.push(m.files[0].clone())),
+        ];
+        for (i, (place, damage)) in damages.into_iter().enumerate() {
+            let mut manifest = sample();
+            damage(&mut manifest);
+            let found = manifest.check().map_err(|e| e.place);
+            assert_eq!(found, Err(place.to_owned()), "damage {i}");
+        }
+    }
+
+    fn shaft(manifest: &mut Manifest, axis: DVec3, half_angle: f64, near: f64, far: f64) {
+        manifest.options.view_cell = ViewCell::Shaft {
+            apex: DVec3::ZERO,
+            axis,
+            half_angle,
+            near,
+            far,
+        };
+    }
+
+    fn file(manifest: &mut Manifest, path: &str, sha256: &str) {
+        manifest.scene = SceneSource::File {
+            path: path.into(),
+            sha256: sha256.into(),
+        };
+    }
+
+    #[test]
+    fn paths_stay_inside() {
+        for path in [
+            "impostors.glb",
+            "pages/000.png",
+            "a/b/c.d",
+            "..a/b..",
+            "zoë.png",
+        ] {
+            assert_eq!(check_path(path), Ok(()));
+        }
+        let outside = [
+            "",
+            "/",
+            "/a",
+            "a/",
+            "a//b",
+            ".",
+            "..",
+            "../a",
+            "a/../b",
+            "a/./b",
+            "a/..",
+            "C:",
+            "C:/a",
+            "C:a",
+            "\\a",
+            "a\\..\\b",
+            "a\0b",
+            "a\nb",
+            "nul?",
+            "bundle.json",
+            "Bundle.JSON",
+            "verify.json",
+            "report.html",
+            "report/worst.png",
+        ];
+        for path in outside {
+            assert!(check_path(path).is_err(), "{path:?}");
+        }
+    }
+
+    proptest! {
+        /// The generator of sound manifests makes sound manifests.
+        #[test]
+        fn random_manifests_pass(manifest in manifests()) {
+            prop_assert_eq!(manifest.check(), Ok(()));
+        }
+    }
+}

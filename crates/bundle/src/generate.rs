@@ -1,0 +1,469 @@
+//! Random manifests and scenes for property tests.
+
+use crate::manifest::{
+    Body, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest, Options,
+    Promise, SceneSource, Statistics, Technique, VERSION,
+};
+use crate::{Cost, FileRecord, GLTF_FILE, NewFile, sha256_hex};
+use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
+use farfield_views::{Extent, Pose, ViewCell};
+use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+/// Numbers as files have them and numbers that are hard to print: whole ones, tiny and huge ones,
+/// and any bits that are finite.
+fn numbers() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        (-1000..1000i32).prop_map(f64::from),
+        -1e3..1e3f64,
+        Just(5e-324),
+        Just(0.1 + 0.2),
+        any::<f64>().prop_filter("finite", |x| x.is_finite()),
+    ]
+}
+
+fn lengths() -> impl Strategy<Value = f64> {
+    prop_oneof![1e-6..1e6f64, (1..1000u32).prop_map(f64::from)]
+}
+
+fn points() -> impl Strategy<Value = DVec3> {
+    [numbers(), numbers(), numbers()].prop_map(DVec3::from)
+}
+
+/// Text with everything that must be escaped in JSON.
+fn texts() -> impl Strategy<Value = String> {
+    prop_oneof![
+        "[a-z]{1,8}".prop_map(String::from),
+        "[ -~]{1,20}".prop_map(String::from),
+        Just("\"\\\u{0}\n\u{7f}\u{2028}\u{1f3e0}".to_owned()),
+    ]
+}
+
+fn cells() -> impl Strategy<Value = ViewCell> {
+    let angle = 1e-3..1.5f64;
+    prop_oneof![
+        (points(), points()).prop_map(|(center, size)| ViewCell::Box {
+            center,
+            size: size.abs(),
+        }),
+        (
+            points(),
+            -1.0..1.0f64,
+            angle,
+            lengths(),
+            lengths(),
+            any::<bool>()
+        )
+            .prop_map(
+                |(apex, x, half_angle, near, depth, infinite)| ViewCell::Shaft {
+                    apex,
+                    axis: DVec3::new(x, 0.5, 1.0),
+                    half_angle,
+                    near,
+                    far: if infinite {
+                        f64::INFINITY
+                    } else {
+                        near + depth
+                    },
+                }
+            ),
+    ]
+}
+
+fn bodies() -> impl Strategy<Value = LayeredBody> {
+    let layer = (lengths(), lengths(), lengths(), any::<u32>());
+    let axis = (-1.0..1.0f64, -1.0..1.0f64);
+    let size = (1..=65536u32, 1..=65536u32);
+    let texels = (0..1u64 << 40, 0..1u64 << 40);
+    (
+        points(),
+        axis,
+        [lengths(), lengths()],
+        size,
+        vec(layer, 0..6),
+        texels,
+    )
+        .prop_map(
+            |(eye, (x, y), extent, (width, height), layers, (kept, culled))| {
+                let mut depth = 0.0;
+                let layers = layers.into_iter().map(|(before, front, back, quads)| {
+                    let near = depth + before;
+                    let layer = LayerRecord {
+                        near,
+                        depth: near + front,
+                        far: near + front + back,
+                        quads,
+                    };
+                    depth = layer.far;
+                    layer
+                });
+                let half = DVec2::from(extent);
+                LayeredBody {
+                    pose: Pose::looking_along(eye, DVec3::new(x, y, 0.5)),
+                    extent: Extent {
+                        min: -half,
+                        max: half * 2.0,
+                    },
+                    width,
+                    height,
+                    layers: layers.collect(),
+                    texels_recorded: kept + culled,
+                    texels_kept: kept,
+                }
+            },
+        )
+}
+
+fn impostors() -> impl Strategy<Value = Vec<Impostor>> {
+    let impostor = (texts(), points(), points(), bodies());
+    vec(impostor, 0..3).prop_map(|impostors| {
+        let numbered = impostors.into_iter().enumerate();
+        numbered
+            .map(|(i, (name, a, b, body))| Impostor {
+                name: format!("{name}{i}"),
+                represented: [a.min(b), a.max(b)],
+                body: Body::Layered(body),
+            })
+            .collect()
+    })
+}
+
+fn costs() -> impl Strategy<Value = Cost> {
+    any::<[u64; 4]>().prop_map(
+        |[triangles, draw_calls, texture_bytes, geometry_bytes]| Cost {
+            triangles,
+            draw_calls,
+            texture_bytes,
+            geometry_bytes,
+        },
+    )
+}
+
+fn sources() -> impl Strategy<Value = SceneSource> {
+    prop_oneof![
+        texts().prop_map(|name| SceneSource::File {
+            path: format!("../{name}.glb"),
+            sha256: sha256_hex(name.as_bytes()),
+        }),
+        (texts(), any::<u32>(), any::<u64>())
+            .prop_map(|(name, size, seed)| { SceneSource::BuiltIn { name, size, seed } }),
+    ]
+}
+
+fn promises() -> impl Strategy<Value = Promise> {
+    let figure = || prop::option::of(lengths());
+    let figures = (prop::option::of(any::<u64>()), figure(), figure(), figure());
+    (figures, vec(texts(), 0..3)).prop_map(
+        |((gap_pixels, parallax_px, coverage_error, coverage_change), notes)| Promise {
+            gap_pixels,
+            parallax_px,
+            coverage_error,
+            coverage_change,
+            notes,
+        },
+    )
+}
+
+/// Manifests that pass the check, as they are after writing a GLB file that is `x`.
+pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
+    let foliage = prop_oneof![Just(Foliage::Any), Just(Foliage::Centre)];
+    let technique = (lengths(), foliage);
+    let options = (1..=65536u32, 1e-3..179.9f64, cells(), vec(texts(), 0..3));
+    let rest = (sources(), promises(), costs(), costs(), vec(texts(), 0..3));
+    (technique, options, rest, impostors()).prop_map(|(technique, options, rest, impostors)| {
+        let (scene, promise, before, after, warnings) = rest;
+        let bodies = || {
+            impostors.iter().map(
+                |Impostor {
+                     body: Body::Layered(b),
+                     ..
+                 }| b,
+            )
+        };
+        let layers = || bodies().flat_map(|b| &b.layers);
+        Manifest {
+            format: FORMAT.into(),
+            version: VERSION,
+            generator: Generator {
+                name: "farfield".into(),
+                version: "0.1.0".into(),
+            },
+            technique: Technique::Layered {
+                bytes_per_quad: technique.0,
+                foliage: technique.1,
+            },
+            options: Options {
+                resolution: options.0,
+                fov_degrees: options.1,
+                view_cell: options.2,
+                exclude: options.3,
+            },
+            scene,
+            promise,
+            statistics: Statistics {
+                before,
+                after,
+                layers: layers().count() as u64,
+                quads: layers().map(|l| u64::from(l.quads)).sum(),
+                texels_recorded: bodies().map(|b| b.texels_recorded).sum(),
+                texels_kept: bodies().map(|b| b.texels_kept).sum(),
+            },
+            warnings,
+            impostors,
+            files: vec![FileRecord {
+                path: GLTF_FILE.into(),
+                bytes: 1,
+                sha256: sha256_hex(b"x"),
+            }],
+            sha256: sha256_hex(b"y"),
+        }
+    })
+}
+
+/// Files of a bundle, the glTF file among them; some are empty, some in folders.
+pub(crate) fn files() -> impl Strategy<Value = Vec<NewFile>> {
+    let names = [
+        "pages/000.png",
+        "pages/001.png",
+        "a/b/c",
+        GLTF_FILE,
+        "zoë.bin",
+    ];
+    let contents = vec(any::<u8>(), 0..40);
+    [
+        contents.clone(),
+        contents.clone(),
+        contents.clone(),
+        contents.clone(),
+        contents,
+    ]
+    .prop_map(move |contents| {
+        let named = names.into_iter().zip(contents);
+        named
+            .map(|(path, bytes)| NewFile {
+                path: path.into(),
+                bytes,
+            })
+            .collect()
+    })
+}
+
+/// A manifest to be damaged: two impostors with three layers.
+pub(crate) fn sample() -> Manifest {
+    let layer = |depth: f64| LayerRecord {
+        depth,
+        near: depth - 0.5,
+        far: depth + 0.5,
+        quads: 7,
+    };
+    let impostor = |name: &str, depths: &[f64]| Impostor {
+        name: name.into(),
+        represented: [DVec3::splat(-1.0), DVec3::ONE],
+        body: Body::Layered(LayeredBody {
+            pose: Pose::looking_along(DVec3::Z * 5.0, DVec3::NEG_Z),
+            extent: Extent::symmetric(0.5, 100, 50),
+            width: 100,
+            height: 50,
+            layers: depths.iter().copied().map(layer).collect(),
+            texels_recorded: 1000,
+            texels_kept: 600,
+        }),
+    };
+    Manifest {
+        format: FORMAT.into(),
+        version: VERSION,
+        generator: Generator {
+            name: "farfield".into(),
+            version: "0.1.0".into(),
+        },
+        technique: Technique::Layered {
+            bytes_per_quad: 104.0,
+            foliage: Foliage::Any,
+        },
+        options: Options {
+            resolution: 512,
+            fov_degrees: 45.0,
+            view_cell: ViewCell::Box {
+                center: DVec3::Z * 5.0,
+                size: DVec3::ONE,
+            },
+            exclude: vec!["tree".into()],
+        },
+        scene: SceneSource::BuiltIn {
+            name: "house".into(),
+            size: 1,
+            seed: 3,
+        },
+        promise: Promise {
+            gap_pixels: Some(0),
+            parallax_px: Some(1.0),
+            ..Promise::default()
+        },
+        statistics: Statistics {
+            layers: 3,
+            quads: 21,
+            texels_recorded: 2000,
+            texels_kept: 1200,
+            ..Statistics::default()
+        },
+        warnings: vec![],
+        impostors: vec![impostor("front", &[4.5, 5.5]), impostor("back", &[20.0])],
+        files: vec![FileRecord {
+            path: GLTF_FILE.into(),
+            bytes: 1,
+            sha256: sha256_hex(b"x"),
+        }],
+        sha256: sha256_hex(b"y"),
+    }
+}
+
+/// The files of a small bundle.
+pub(crate) fn sample_files() -> Vec<NewFile> {
+    [
+        (GLTF_FILE, "glb"),
+        ("pages/000.png", "page 0"),
+        ("pages/001.png", ""),
+    ]
+    .map(|(path, content)| NewFile {
+        path: path.into(),
+        bytes: content.into(),
+    })
+    .into()
+}
+
+fn affine_maps() -> impl Strategy<Value = DAffine3> {
+    let small = || [-2.0..2.0f64, -2.0..2.0f64, -2.0..2.0f64].prop_map(DVec3::from);
+    let linear = prop_oneof![
+        Just(DMat3::IDENTITY),
+        // A rotation and a scale, often mirrored.
+        (small(), small()).prop_map(|(turn, scale)| {
+            let turn = DMat3::from_quat(DQuat::from_scaled_axis(turn));
+            turn * DMat3::from_diagonal(scale)
+        }),
+        // A shear.
+        (small(), small(), small()).prop_map(|(x, y, z)| DMat3::from_cols(x, y, z)),
+        // Flat, and nothing at all.
+        Just(DMat3::from_diagonal(DVec3::new(1.0, 0.0, 2.0))),
+        Just(DMat3::ZERO),
+    ];
+    let translation = prop_oneof![Just(DVec3::ZERO), small(), small().prop_map(|t| t * 4e6)];
+    (linear, translation)
+        .prop_map(|(linear, translation)| DAffine3::from_mat3_translation(linear, translation))
+}
+
+fn materials(textures: u32) -> impl Strategy<Value = Material> {
+    let texture = move || prop::option::of(0..textures);
+    let unit = || 0.0..=1.0f32;
+    let emission = prop_oneof![
+        Just(Vec3::ZERO),
+        Just(Vec3::new(0.5, 1.0, 0.0)),
+        Just(Vec3::new(0.5, 8.0, 0.0))
+    ];
+    let alpha = prop_oneof![
+        Just(AlphaMode::Opaque),
+        unit().prop_map(|cutoff| AlphaMode::Mask { cutoff }),
+        Just(AlphaMode::Blend),
+    ];
+    let maps = [texture(), texture(), texture(), texture()];
+    (
+        texts(),
+        [unit(), unit(), unit(), unit()],
+        unit(),
+        unit(),
+        maps,
+        emission,
+        alpha,
+        any::<[bool; 2]>(),
+    )
+        .prop_map(
+            |(name, color, metallic, roughness, maps, emissive, alpha, [double_sided, unlit])| {
+                Material {
+                    name,
+                    base_color: Vec4::from(color),
+                    base_color_texture: maps[0],
+                    metallic,
+                    roughness,
+                    metallic_roughness_texture: maps[1],
+                    normal_texture: maps[2],
+                    normal_scale: roughness * 2.0,
+                    emissive,
+                    emissive_texture: maps[3],
+                    alpha,
+                    double_sided,
+                    unlit,
+                }
+            },
+        )
+}
+
+fn textures(images: u32) -> impl Strategy<Value = Texture> {
+    let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
+    let filters = [Filter::Nearest, Filter::Linear, Filter::Mipmapped];
+    (0..images, 0..3usize, 0..3usize, 0..3usize).prop_map(move |(image, u, v, f)| Texture {
+        image,
+        wrap: [wraps[u], wraps[v]],
+        filter: filters[f],
+    })
+}
+
+/// Images of any texels, long and thin ones included.
+pub(crate) fn images() -> impl Strategy<Value = Image> {
+    (1..20u32, 1..20u32).prop_flat_map(|(width, height)| {
+        let texels = vec(any::<[u8; 4]>(), (width * height) as usize);
+        texels.prop_map(move |texels| Image {
+            name: String::new(),
+            width,
+            height,
+            texels,
+        })
+    })
+}
+
+/// Small scenes: meshes that share nothing, use several materials or have no triangles; objects
+/// that share meshes, are far away, mirrored, sheared or flat; things that nothing uses.
+pub(crate) fn scenes() -> impl Strategy<Value = Scene> {
+    let unit = || -1.0..1.0f32;
+    let vertex = (
+        [unit(), unit(), unit()].prop_map(Vec3::from),
+        [unit(), unit(), unit()].prop_map(|n| Vec3::from(n).normalize_or(Vec3::Y)),
+        [unit(), unit()].prop_map(Vec2::from),
+        prop_oneof![3 => Just(Vec4::ONE), 1 => Just(Vec4::new(0.5, 0.0, 1.0, 0.25))],
+    );
+    let triangle = (any::<[prop::sample::Index; 3]>(), 0..3u32);
+    let mesh = (vec(vertex, 1..9), vec(triangle, 0..9));
+    let object = (texts(), any::<prop::sample::Index>(), affine_maps());
+    let looks = (vec(materials(3), 3), vec(textures(2), 3), vec(images(), 2));
+    (vec(mesh, 1..4), vec(object, 0..6), looks).prop_map(|(meshes, objects, looks)| {
+        let mut scene = Scene::default();
+        for (vertices, triangles) in meshes {
+            let (first_vertex, first) =
+                (scene.positions.len() as u32, scene.triangles.len() as u32);
+            let index = |i: prop::sample::Index| first_vertex + i.index(vertices.len()) as u32;
+            for (corners, material) in triangles {
+                scene.triangles.push(corners.map(index));
+                scene.triangle_materials.push(material);
+            }
+            for (position, normal, uv, color) in vertices {
+                scene.positions.push(position);
+                scene.normals.push(normal);
+                scene.uvs.push(uv);
+                scene.colors.push(color);
+            }
+            scene.meshes.push(Mesh {
+                vertices: first_vertex..scene.positions.len() as u32,
+                triangles: first..scene.triangles.len() as u32,
+            });
+        }
+        (scene.materials, scene.textures, scene.images) = looks;
+        scene.objects = objects
+            .into_iter()
+            .map(|(name, mesh, world_from_mesh)| Object {
+                name,
+                mesh: mesh.index(scene.meshes.len()) as u32,
+                world_from_mesh,
+            })
+            .collect();
+        scene
+    })
+}

@@ -1,0 +1,29 @@
+#![doc = include_str!("../README.md")]
+
+mod manifest;
+
+mod check;
+mod checksum;
+mod error;
+mod read;
+mod write;
+
+mod geometry;
+mod glb;
+mod gltf;
+mod page;
+
+#[cfg(test)]
+mod generate;
+
+pub use checksum::sha256_hex;
+pub use error::{BundleError, ManifestError};
+pub use glb::{GlbTooLarge, cost, glb_from_scene};
+pub use manifest::{
+    Body, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator, Impostor, LayerRecord,
+    LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SceneSource, Statistics, Technique,
+    VERSION, schema,
+};
+pub use page::encode_png;
+pub use read::read;
+pub use write::{NewFile, write};

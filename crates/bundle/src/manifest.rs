@@ -1,0 +1,411 @@
+//! What stands in `bundle.json`.
+
+use farfield_views::{Extent, Pose, ViewCell};
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The value of [`Manifest::format`].
+pub const FORMAT: &str = "farfield-bundle";
+
+/// The value of [`Manifest::version`] that this crate writes, and the greatest it reads.
+pub const VERSION: u32 = 1;
+
+/// The name of the manifest's file in a bundle's folder.
+pub const MANIFEST_FILE: &str = "bundle.json";
+
+/// The name of the glTF file in a bundle's folder; every bundle has one.
+pub const GLTF_FILE: &str = "impostors.glb";
+
+/// Everything that is known about a bundle: how it was made, from what, what it promises, what
+/// it costs, and its files.
+///
+/// Lengths are metres, angles radians unless said otherwise, coordinates the world's:
+/// right-handed with +Y up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// Always "farfield-bundle".
+    pub format: String,
+    /// The format's version: 1.
+    pub version: u32,
+    /// What wrote the bundle.
+    pub generator: Generator,
+    /// How the impostors were made, with the settings of that technique.
+    pub technique: Technique,
+    /// The settings that all techniques share, as they were used.
+    pub options: Options,
+    /// What was baked.
+    pub scene: SceneSource,
+    /// What the bundle keeps to, seen from anywhere in the view cell.
+    pub promise: Promise,
+    /// What was saved.
+    pub statistics: Statistics,
+    /// What happened during the bake and should be known, a sentence each.
+    pub warnings: Vec<String>,
+    /// The impostors; together they replace the scene, less what was excluded.
+    pub impostors: Vec<Impostor>,
+    /// All files of the bundle but the manifest, ordered by path. Filled in when the bundle is
+    /// written.
+    pub files: Vec<FileRecord>,
+    /// SHA-256 of the manifest's own file in which the 64 digits of this field are replaced by
+    /// zeros, in lower-case hexadecimal digits. Filled in when the bundle is written.
+    pub sha256: String,
+}
+
+/// A program and its version.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Generator {
+    /// The program's name.
+    pub name: String,
+    /// The program's version.
+    pub version: String,
+}
+
+/// How impostors are made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "name", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Technique {
+    /// Layered impostors: textured quads on parallel layers.
+    Layered {
+        /// What a quad is thought to cost, in bytes, when quads are weighed against texels.
+        bytes_per_quad: f64,
+        /// How masked materials are recorded.
+        foliage: Foliage,
+    },
+}
+
+impl Technique {
+    /// The technique's name, as on the command line and in the manifest.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Layered { .. } => "layered",
+        }
+    }
+}
+
+/// How masked materials are recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Foliage {
+    /// A texel is set where any of its samples passes the cutoff: no gaps.
+    Any,
+    /// A texel is set where its centre passes the cutoff: the coverage is kept.
+    Centre,
+}
+
+/// The settings that all techniques share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Options {
+    /// Pixels along each side of the camera the promise is made for, from 1 to 65536.
+    pub resolution: u32,
+    /// Full angle that camera sees, in degrees, between 0 and 180.
+    pub fov_degrees: f64,
+    /// Where that camera may be.
+    #[serde(with = "ViewCellRecord")]
+    #[schemars(with = "ViewCellRecord")]
+    pub view_cell: ViewCell,
+    /// Names of objects that were left out.
+    pub exclude: Vec<String>,
+}
+
+/// What was baked.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum SceneSource {
+    /// A scene in a file.
+    File {
+        /// Path relative to the bundle's folder, with slashes; may begin with "..".
+        path: String,
+        /// SHA-256 of that file, in lower-case hexadecimal digits.
+        sha256: String,
+    },
+    /// A scene that the generator makes itself.
+    BuiltIn {
+        /// Name, as on the command line.
+        name: String,
+        /// How much of it; the scene tells in which unit. 1 where it has one size only.
+        size: u32,
+        /// Seed of its random choices.
+        seed: u64,
+    },
+}
+
+/// What a bundle keeps to, for the camera of the options, from anywhere in its view cell.
+///
+/// A figure is the most that may be measured; where there is none, nothing is promised.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Promise {
+    /// Pixels at which one sees through the impostor or into a layer too far behind, in all
+    /// views together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gap_pixels: Option<u64>,
+    /// The farthest that a point appears from where it is, in pixels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parallax_px: Option<f64>,
+    /// Pixels of the original that the impostor misses, as a share of the original's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage_error: Option<f64>,
+    /// By what share the covered pixels, averaged over all views, may differ from the
+    /// original's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage_change: Option<f64>,
+    /// The limits of the promise, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+}
+
+/// What the baked part of the scene costs as it is, and as impostors.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Statistics {
+    /// The original.
+    pub before: Cost,
+    /// The impostors.
+    pub after: Cost,
+    /// Layers of all impostors; 0 where they have none.
+    pub layers: u64,
+    /// Quads of all impostors; 0 where they have none.
+    pub quads: u64,
+    /// Opaque texels that were recorded, of all impostors; 0 where there are none.
+    pub texels_recorded: u64,
+    /// Opaque texels that can be seen and were kept, of all impostors.
+    pub texels_kept: u64,
+}
+
+/// What drawing a scene takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cost {
+    /// Triangles drawn, those of shared meshes once per object.
+    pub triangles: u64,
+    /// Draw calls: one for every material of every object.
+    pub draw_calls: u64,
+    /// Uncompressed images without mipmaps, 4 bytes a texel.
+    pub texture_bytes: u64,
+    /// Vertices and indices, as [`glb_from_scene`](crate::glb_from_scene) stores them.
+    pub geometry_bytes: u64,
+}
+
+/// What replaces a part of the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Impostor {
+    /// Also the name of its node in `impostors.glb`; unique.
+    pub name: String,
+    /// Least and greatest coordinates in the world of what it replaces, in metres.
+    #[schemars(with = "[[f64; 3]; 2]")]
+    pub represented: [DVec3; 2],
+    /// What its technique tells about it.
+    pub body: Body,
+}
+
+/// The part of an impostor's description that depends on its technique.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "technique", rename_all = "kebab-case")]
+pub enum Body {
+    /// Textured quads on parallel layers.
+    Layered(LayeredBody),
+}
+
+/// Where the layers of a layered impostor are and what they hold.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayeredBody {
+    /// The reference viewpoint, from which the layers were recorded, and the axis they are
+    /// perpendicular to.
+    #[serde(with = "PoseRecord")]
+    #[schemars(with = "PoseRecord")]
+    pub pose: Pose,
+    /// Lateral bounds of the recorded frustum per unit of depth.
+    #[serde(with = "ExtentRecord")]
+    #[schemars(with = "ExtentRecord")]
+    pub extent: Extent,
+    /// Columns of texels of every layer.
+    pub width: u32,
+    /// Rows of texels of every layer.
+    pub height: u32,
+    /// Front to back.
+    pub layers: Vec<LayerRecord>,
+    /// Opaque texels that were recorded, in all layers.
+    pub texels_recorded: u64,
+    /// Opaque texels that can be seen and were kept, in all layers.
+    pub texels_kept: u64,
+}
+
+/// A layer of a layered impostor. Depths are distances from the reference viewpoint along the
+/// view axis, in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayerRecord {
+    /// Where its quads are.
+    pub depth: f64,
+    /// Least depth of what it shows; not greater than `depth`.
+    pub near: f64,
+    /// Greatest depth of what it shows; not less than `depth`.
+    pub far: f64,
+    /// Number of its quads.
+    pub quads: u32,
+}
+
+/// A file of a bundle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FileRecord {
+    /// Path relative to the bundle's folder, with slashes; never leaves the folder.
+    pub path: String,
+    /// Size.
+    pub bytes: u64,
+    /// SHA-256 of its content, in lower-case hexadecimal digits.
+    pub sha256: String,
+}
+
+/// How a viewer stands.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Pose", deny_unknown_fields)]
+#[schemars(rename = "Pose")]
+struct PoseRecord {
+    /// Position in the world, in metres.
+    #[schemars(with = "[f64; 3]")]
+    eye: DVec3,
+    /// Of length 1.
+    #[schemars(with = "[f64; 3]")]
+    right: DVec3,
+    /// Of length 1.
+    #[schemars(with = "[f64; 3]")]
+    down: DVec3,
+    /// The view axis, of length 1.
+    #[schemars(with = "[f64; 3]")]
+    forward: DVec3,
+}
+
+/// Lateral bounds of a frustum per unit of depth, to the right and down.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(remote = "Extent", deny_unknown_fields)]
+#[schemars(rename = "Extent")]
+struct ExtentRecord {
+    /// Slopes of the left and upper bounds.
+    #[schemars(with = "[f64; 2]")]
+    min: DVec2,
+    /// Slopes of the right and lower bounds.
+    #[schemars(with = "[f64; 2]")]
+    max: DVec2,
+}
+
+/// Where the viewer may be.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(
+    remote = "ViewCell",
+    tag = "kind",
+    rename_all = "kebab-case",
+    deny_unknown_fields
+)]
+#[schemars(rename = "ViewCell")]
+enum ViewCellRecord {
+    /// A box with sides along the world's axes.
+    Box {
+        /// Centre, in metres.
+        #[schemars(with = "[f64; 3]")]
+        center: DVec3,
+        /// Full lengths of the sides, in metres.
+        #[schemars(with = "[f64; 3]")]
+        size: DVec3,
+    },
+    /// A four-sided pyramid without its top.
+    Shaft {
+        /// The tip, in metres.
+        #[schemars(with = "[f64; 3]")]
+        apex: DVec3,
+        /// From the apex towards the viewers, of any length.
+        #[schemars(with = "[f64; 3]")]
+        axis: DVec3,
+        /// Between the axis and each of the four sides, in radians.
+        half_angle: f64,
+        /// Along the axis to the border nearest to the apex, in metres.
+        near: f64,
+        /// Along the axis to the farthest border, in metres; infinite where it is left out.
+        #[serde(default = "infinity", skip_serializing_if = "is_infinite")]
+        far: f64,
+    },
+}
+
+fn infinity() -> f64 {
+    f64::INFINITY
+}
+
+fn is_infinite(x: &f64) -> bool {
+    *x == f64::INFINITY
+}
+
+/// The JSON schema of `bundle.json`, as text. It is published beside this crate's source as
+/// `schema/bundle-1.schema.json`.
+pub fn schema() -> String {
+    let schema = schemars::schema_for!(Manifest);
+    let text = serde_json::to_string_pretty(&schema);
+    text.expect("a schema has only string keys") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::manifests;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Every manifest is read back as it was, numbers with all their bits.
+        #[test]
+        fn manifests_round_trip(manifest in manifests()) {
+            let text = serde_json::to_string_pretty(&manifest).unwrap();
+            let back: Manifest = serde_json::from_str(&text).unwrap();
+            prop_assert_eq!(&back, &manifest);
+            // Equal numbers may have other bits (0 and -0), equal texts may not.
+            prop_assert_eq!(serde_json::to_string_pretty(&back).unwrap(), text);
+        }
+    }
+
+    /// Nothing of a manifest is ignored in silence.
+    #[test]
+    fn unknown_fields_are_errors() {
+        let manifest = serde_json::to_value(crate::generate::sample()).unwrap();
+        let places = [
+            "",
+            "/technique",
+            "/options",
+            "/options/view_cell",
+            "/scene",
+            "/promise",
+            "/statistics/after",
+            "/impostors/0",
+            "/impostors/0/body",
+            "/impostors/0/body/pose",
+            "/impostors/0/body/layers/0",
+            "/files/0",
+        ];
+        for place in places {
+            let mut manifest = manifest.clone();
+            manifest.pointer_mut(place).unwrap()["colour"] = 1.into();
+            let error = serde_json::from_value::<Manifest>(manifest).unwrap_err();
+            assert!(error.to_string().contains("colour"), "{place}: {error}");
+        }
+    }
+
+    /// The published schema is that of the code.
+    #[test]
+    fn the_published_schema_is_up_to_date() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schema/bundle-1.schema.json");
+        if std::env::var_os("FARFIELD_BLESS").is_some() {
+            std::fs::write(path, schema()).unwrap();
+        }
+        // Compared as values: the order of keys depends on what other crates ask of serde_json.
+        let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+        let published = std::fs::read_to_string(path).unwrap_or_else(|_| "null".into());
+        assert!(
+            value(&published) == value(&schema()),
+            "{path} is not what the manifest's types say. If the change is meant, and readers of \
+             version {VERSION} can live with it, run the test again with FARFIELD_BLESS=1."
+        );
+    }
+}
