@@ -2,12 +2,13 @@
 
 use farfield_scene::Image;
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 /// An image of `size` x `size` texels, each the mean of four samples of `color`.
 ///
 /// `color` takes texture coordinates in [0, 1), v downwards, and gives sRGB in [0, 1]; what lies
 /// outside is clamped.
-pub(crate) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3) -> Image {
+pub(crate) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3 + Sync) -> Image {
     let texel = |i: u32| {
         let corner = Vec2::new((i % size) as f32, (i / size) as f32);
         let samples = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]]
@@ -20,7 +21,7 @@ pub(crate) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3) -> Imag
         name: name.into(),
         width: size,
         height: size,
-        texels: (0..size * size).map(texel).collect(),
+        texels: (0..size * size).into_par_iter().map(texel).collect(),
     }
 }
 

@@ -24,7 +24,9 @@ pub(crate) fn chimney(height: f32) -> Shape {
             // Counter-clockwise seen from above is from +x to -z.
             Vec3::new(0.22 * angle.cos(), head - 0.05, z - 0.22 * angle.sin())
         });
-        shape.prism(Skin::RidgeTiles, &pot, Vec3::Y * (height - head + 0.05));
+        let up = Vec3::Y * (height - head + 0.05);
+        shape.tube(&pot, up, &[Skin::RidgeTiles; 6]);
+        shape.face(Skin::RidgeTiles, &pot.map(|p| p + up));
     }
     shape
 }

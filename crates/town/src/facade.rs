@@ -1,7 +1,7 @@
 //! Walls: rectangular cells side by side, some with a window niche.
 
 use crate::shape::Shape;
-use crate::skin::Skin;
+use crate::skin::{Fit, Skin};
 use glam::{DAffine3, DMat3, Vec2, Vec3};
 
 /// How far panes lie behind the wall, in metres.
@@ -83,7 +83,7 @@ impl Cell {
     }
 }
 
-/// Adds a convex polygon of the wall. Panel skins are fitted into `cell`, others run on in metres.
+/// Adds a convex polygon of the wall, a part of `cell`, its texture laid on as the skin demands.
 pub(crate) fn add_wall(
     shape: &mut Shape,
     facade: &Facade,
@@ -92,12 +92,15 @@ pub(crate) fn add_wall(
     polygon: &[Vec2],
 ) {
     let corners: Vec<Vec3> = polygon.iter().map(|&p| facade.at(p, 0.0)).collect();
-    match skin.is_fitted() {
-        true => {
-            let uvs: Vec<Vec2> = polygon.iter().map(|&p| cell.uv(p)).collect();
+    let fitted =
+        |uv: &dyn Fn(Vec2) -> Vec2| -> Vec<Vec2> { polygon.iter().map(|&p| uv(p)).collect() };
+    match skin.fit() {
+        Fit::Metres => shape.face(skin, &corners),
+        Fit::Storey => {
+            let uvs = fitted(&|p| Vec2::new(p.x / skin.metres(), cell.uv(p).y));
             shape.fitted(skin, &corners, &uvs);
         }
-        false => shape.face(skin, &corners),
+        Fit::Cell => shape.fitted(skin, &corners, &fitted(&|p| cell.uv(p))),
     }
 }
 

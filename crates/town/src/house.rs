@@ -122,17 +122,17 @@ fn place_fittings(
 /// Sandstone, with shutters beside the windows.
 fn add_ground_storey(scene: &mut Scene) {
     let fittings = [
-        ("window", add_mesh(scene, &window(WINDOW, Skin::Ashlar))),
+        ("window", add_mesh(scene, &window(WINDOW, Skin::Trim))),
         ("shutters", add_mesh(scene, &shutters(WINDOW))),
     ];
     let storey = Storey {
         name: "ground",
         half: GROUND,
-        bottom: PLINTH_TOP - 0.05,
-        top: GROUND_TOP + 0.05,
-        parapet: 0.85,
+        bottom: PLINTH_TOP - 0.1,
+        top: GROUND_TOP + 0.1,
+        parapet: 0.9,
         plan: ["WWPWW", ".W.W..W.W.", "W...W", ".W.W..W.W."],
-        skins: [Skin::Ashlar; 3],
+        skins: [Skin::Sandstone, Skin::Sandstone, Skin::Trim],
     };
     add_storey(scene, &storey, &fittings);
 }
@@ -257,7 +257,14 @@ fn add_roof(scene: &mut Scene) {
     add_object(scene, "roof", &roof(half_depth));
     add_object(scene, "ridge", &ridge(half_depth + 0.04));
     add_object(scene, "gutters", &gutters(10.0, half_depth - 0.1));
-    add_object(scene, "turret", &turret(15.9, 20.0));
+    let shape = turret(15.7, 20.0);
+    let mesh = add_mesh(scene, &shape);
+    place(
+        scene,
+        "turret",
+        mesh,
+        DAffine3::from_translation(DVec3::new(0.0, 0.0, 12.0)),
+    );
 
     let mesh = add_mesh(scene, &dormer());
     let front = 6.9;

@@ -1,7 +1,7 @@
 //! The round-arched portal and the steps before it.
 
 use crate::facade::{Cell, Facade, add_wall};
-use crate::shape::Shape;
+use crate::shape::{Shape, rectangle};
 use crate::skin::Skin;
 use glam::{Vec2, Vec3};
 
@@ -61,13 +61,13 @@ pub(crate) fn portal() -> Shape {
     for i in 0..inner.len() - 1 {
         let [a, b, c, d] = [inner[i], outer[i], outer[i + 1], inner[i + 1]];
         let front = [a, b, c, d].map(|p| at(p, FRAME[1]));
-        shape.face(Skin::Ashlar, &front);
+        shape.face(Skin::Trim, &front);
         shape.face(
-            Skin::Ashlar,
+            Skin::Trim,
             &[at(b, -0.05), at(c, -0.05), front[2], front[1]],
         );
         shape.face(
-            Skin::Ashlar,
+            Skin::Trim,
             &[front[0], front[3], at(d, -DEPTH), at(a, -DEPTH)],
         );
     }
@@ -102,9 +102,17 @@ pub(crate) fn steps(count: u32, rise: f32, tread: f32, front: f32) -> Shape {
     for i in 0..count {
         let half_width = 1.7 + tread * (count - 1 - i) as f32;
         let back = front - 3.5;
-        let min = Vec3::new(-half_width, 0.0, back);
-        let max = Vec3::new(half_width, rise * (i + 1) as f32, front - tread * i as f32);
-        shape.cuboid(Skin::Plinth, min, max);
+        let (top, front) = (rise * (i + 1) as f32, front - tread * i as f32);
+        let [a, b, c, d] = rectangle(
+            Vec3::new(-half_width, 0.0, back),
+            Vec3::new(half_width, 0.0, front),
+        );
+        let up = |p: Vec3| p.with_y(top);
+        // The back is in the plinth.
+        for [p, q] in [[d, a], [a, b], [b, c]] {
+            shape.face(Skin::Granite, &[p, q, up(q), up(p)]);
+        }
+        shape.face(Skin::Granite, &[a, b, c, d].map(up));
     }
     shape
 }

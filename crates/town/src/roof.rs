@@ -96,7 +96,7 @@ pub(crate) fn dormer() -> Shape {
     };
     let size = Vec2::new(1.3, 1.35);
     let opening = cell.opening(size, 0.45);
-    let skins = [Skin::Planks, Skin::Beam];
+    let skins = [Skin::Trim, Skin::Beam];
     add_wall_with_niche(&mut shape, &facade, skins, cell, opening, false);
     let sill = windows::window(size, Skin::Beam);
     shape.append(&sill, Vec3::new(0.0, opening.min.y, 0.0));
@@ -104,7 +104,7 @@ pub(crate) fn dormer() -> Shape {
     // The gable, and cheeks that vanish in the roof.
     let point = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     let [left, right] = [-half, half].map(|x| point(x, top, 0.0));
-    shape.face(Skin::Planks, &[left, right, point(0.0, top + half, 0.0)]);
+    shape.face(Skin::Trim, &[left, right, point(0.0, top + half, 0.0)]);
     let behind = -top - 0.4;
     for [a, b, c] in [
         [right, point(half, -0.2, 0.0), point(half, top, behind)],

@@ -5,12 +5,27 @@ use crate::textures::{clay, glass, masonry, metal, wood};
 use farfield_scene::{Image, Material};
 use glam::{Vec3, Vec4};
 
+/// How a texture is laid onto the cells of a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fit {
+    /// It runs on in metres.
+    Metres,
+    /// It runs on in metres to the sides, and once from a cell's top to its bottom.
+    Storey,
+    /// Each cell shows it once.
+    Cell,
+}
+
 /// A surface; its number is the index of its material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Skin {
-    /// Dressed sandstone of the ground storey.
-    Ashlar,
-    /// Rough stone of plinth and steps.
+    /// Blocks of sandstone, the walls of the ground storey.
+    Sandstone,
+    /// Smooth light stone of sills, reveals and the portal.
+    Trim,
+    /// Grey stone of steps.
+    Granite,
+    /// Rough stone of the plinth.
     Plinth,
     /// Half-timbered wall around a window; one texture a cell.
     WindowPanel,
@@ -52,8 +67,10 @@ pub(crate) enum Skin {
 
 impl Skin {
     /// All, in the order of their numbers.
-    pub(crate) const ALL: [Self; 20] = [
-        Self::Ashlar,
+    pub(crate) const ALL: [Self; 22] = [
+        Self::Sandstone,
+        Self::Trim,
+        Self::Granite,
         Self::Plinth,
         Self::WindowPanel,
         Self::BracedPanel,
@@ -78,7 +95,9 @@ impl Skin {
     /// The texture, or `None` where one colour does.
     pub(crate) fn image(self, seed: u32) -> Option<Image> {
         Some(match self {
-            Self::Ashlar => masonry::ashlar(seed),
+            Self::Sandstone => masonry::sandstone(seed),
+            Self::Trim => masonry::trim(seed),
+            Self::Granite => masonry::granite(seed),
             Self::Plinth => masonry::rubble(seed),
             Self::Brick => masonry::brick(seed),
             Self::WindowPanel => wood::window_panel(seed),
@@ -93,14 +112,16 @@ impl Skin {
             Self::Door => wood::door(seed),
             Self::Copper => metal::copper(seed),
             Self::Clock => metal::clock(),
-            Self::RidgeTiles | Self::Frame | Self::Slat | Self::Zinc | Self::Gold => return None,
+            Self::RidgeTiles | Self::Frame | Self::Slat | Self::Zinc | Self::Gold => {
+                return None;
+            }
         })
     }
 
     /// Length that one repetition of the texture covers, in metres.
     pub(crate) fn metres(self) -> f32 {
         match self {
-            Self::Ashlar => 2.4,
+            Self::Sandstone => 3.2,
             Self::Plinth => 1.8,
             Self::Tiles => 4.0,
             Self::Planks => 1.6,
@@ -109,16 +130,22 @@ impl Skin {
         }
     }
 
-    /// Whether a texture shows one whole cell of a wall rather than running on in metres.
-    pub(crate) fn is_fitted(self) -> bool {
-        matches!(self, Self::WindowPanel | Self::BracedPanel)
+    /// How the texture is laid onto a wall.
+    pub(crate) fn fit(self) -> Fit {
+        match self {
+            Self::WindowPanel | Self::BracedPanel => Fit::Cell,
+            Self::Sandstone => Fit::Storey,
+            _ => Fit::Metres,
+        }
     }
 
     /// Whether the texture repeats without seams.
     pub(crate) fn tiles(self) -> bool {
         matches!(
             self,
-            Self::Ashlar
+            Self::Sandstone
+                | Self::Trim
+                | Self::Granite
                 | Self::Plinth
                 | Self::Beam
                 | Self::Planks
@@ -136,7 +163,7 @@ impl Skin {
     /// The material without its texture.
     pub(crate) fn material(self) -> Material {
         let (color, metallic, roughness) = match self {
-            Self::RidgeTiles => (srgb(0xa8452b), 0.0, 0.8),
+            Self::RidgeTiles => (srgb(0x9c4630), 0.0, 0.8),
             Self::Frame => (srgb(0xf2ecdf), 0.0, 0.6),
             Self::Slat => (wood::SHUTTER, 0.0, 0.6),
             Self::Zinc => (srgb(0x6e7a80), 0.0, 0.5),

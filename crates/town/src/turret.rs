@@ -7,13 +7,13 @@ use glam::{Vec2, Vec3};
 /// A square turret around the y axis from `foot` up to the tip of its flared spire, in metres.
 pub(crate) fn turret(foot: f32, tip: f32) -> Shape {
     let mut shape = Shape::default();
-    let (half, eaves) = (0.8, tip - 1.75);
+    let (half, eaves) = (1.0, tip - 1.5);
     let square =
         |half: f32, y: f32| rectangle(Vec3::new(-half, y, -half), Vec3::new(half, y, half));
     let (bottom, top) = (square(half, foot), square(half, eaves));
     let spire = [
-        square(half + 0.32, eaves - 0.08),
-        square(half - 0.3, eaves + 0.55),
+        square(half + 0.35, eaves - 0.08),
+        square(half - 0.45, eaves + 0.5),
     ];
     for i in 0..4 {
         let j = (i + 1) % 4;

@@ -9,7 +9,7 @@ const TILES: i32 = 16;
 
 /// Plain tiles of 25 cm with rounded lower ends, in courses that overlap; 4 m.
 pub(crate) fn tiles(seed: u32) -> Image {
-    let tones = [0xc4573a, 0xb64c31, 0xcf6745, 0xa8452f, 0xbd5a41, 0xc96f4e].map(srgb);
+    let tones = [0xb9553b, 0xaa4a33, 0xc46447, 0x9c4432, 0xb25841, 0xbf6c4f].map(srgb);
     paint("tiles", 512, |uv| {
         let at = uv * TILES as f32;
         let course = at.y.floor() as i32;
@@ -27,7 +27,7 @@ pub(crate) fn tiles(seed: u32) -> Image {
         let tile = tile.map(|i| i.rem_euclid(TILES));
         let tone =
             tones[(random(tile, seed) * 6.0) as usize] * (0.92 + 0.16 * random(tile, seed + 1));
-        let weather = fractal(uv, [4, 4], 4, seed + 2) - 0.5;
+        let weather = fractal(uv, [4, 4], 3, seed + 2) - 0.5;
         let grain = fractal(uv, [48, 24], 2, seed + 3) - 0.5;
         // Dark in the tile above's shadow and between neighbours, bright along the rim.
         let shadow = match to_rim < 1.0 {
@@ -37,7 +37,7 @@ pub(crate) fn tiles(seed: u32) -> Image {
         let gap = 0.72 + 0.28 * smooth(0.0, 0.09, across.min(1.0 - across));
         let lip = 1.0 + 0.14 * (1.0 - smooth(0.02, 0.12, to_rim));
         let slope = 0.94 + 0.06 * from_top;
-        let lichen = smooth(0.2, 0.36, fractal(uv, [9, 9], 4, seed + 4) - 0.42);
+        let lichen = smooth(0.2, 0.36, fractal(uv, [9, 9], 3, seed + 4) - 0.42);
         let clay = tone * (1.0 + 0.3 * weather + 0.22 * grain);
         clay.lerp(srgb(0x9a8a5e), 0.3 * lichen) * shadow * gap * lip * slope
     })

@@ -47,21 +47,43 @@ impl Bond {
     }
 }
 
-/// Honey-coloured sandstone blocks of 80 by 40 cm; 2.4 m.
-pub(crate) fn ashlar(seed: u32) -> Image {
+/// Honey-coloured sandstone blocks of 80 by 40 cm for a wall of 3.2 m, in the shade of what juts
+/// out above, and stained by rain that splashes up from below.
+pub(crate) fn sandstone(seed: u32) -> Image {
     let bond = Bond {
-        counts: [3, 6],
+        counts: [4, 8],
         joint: 0.035,
         wobble: 0.02,
     };
     let tones = [0xdcbf8f, 0xd2b07c, 0xe3cb9f, 0xcfae80, 0xd9b98c].map(srgb);
-    paint("ashlar", 512, |uv| {
+    paint("sandstone", 512, |uv| {
         let at = bond.locate(uv, 2.0, seed);
         let tone = pick(&tones, at.stone, seed);
-        let grain = fractal(uv, [6, 24], 4, seed + 1) - 0.5;
-        let speckle = fractal(uv, [64, 64], 2, seed + 2) - 0.5;
-        let stone = tone * (1.0 + 0.22 * grain + 0.16 * speckle) * bevel(&at, 0.09, 0.12);
-        joint(stone, srgb(0x8f7855), &at, 0.03)
+        let grain = fractal(uv, [8, 32], 3, seed + 1) - 0.5;
+        let speckle = fractal(uv, [80, 80], 1, seed + 2) - 0.5;
+        let stone = tone * (1.0 + 0.22 * grain + 0.14 * speckle) * bevel(&at, 0.09, 0.12);
+        let wall = joint(stone, srgb(0x8f7855), &at, 0.03);
+        let shade = 0.6 + 0.4 * smooth(0.0, 0.2, uv.y);
+        let splash = smooth(0.8, 1.0, uv.y + 0.2 * (random(at.stone, seed + 8) - 0.5));
+        wall.lerp(srgb(0x7d6a4c), 0.4 * splash) * shade
+    })
+}
+
+/// Pale smooth stone; 1 m.
+pub(crate) fn trim(seed: u32) -> Image {
+    smooth_stone("trim", srgb(0xe2d4b4), 0.6, seed)
+}
+
+/// Grey stone with coarse grain; 1 m.
+pub(crate) fn granite(seed: u32) -> Image {
+    smooth_stone("granite", srgb(0xa39b8e), 1.0, seed + 1)
+}
+
+fn smooth_stone(name: &str, tone: Vec3, contrast: f32, seed: u32) -> Image {
+    paint(name, 256, |uv| {
+        let cloud = fractal(uv, [4, 4], 3, seed + 14) - 0.5;
+        let grain = fractal(uv, [64, 64], 2, seed + 17) - 0.5;
+        tone * (1.0 + contrast * (0.25 * cloud + 0.3 * grain))
     })
 }
 
@@ -89,7 +111,7 @@ pub(crate) fn brick(seed: u32) -> Image {
         joint: 0.16,
         wobble: 0.05,
     };
-    let tones = [0xa5533a, 0x93452f, 0xb3624a, 0x87412f, 0xab5a3c].map(srgb);
+    let tones = [0xa9573a, 0x984a30, 0xb66748, 0x8c4630, 0xaf5f3c].map(srgb);
     paint("brick", 256, |uv| {
         let at = bond.locate(uv, 3.0, seed);
         let tone = pick(&tones, at.stone, seed);

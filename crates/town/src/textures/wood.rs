@@ -25,11 +25,10 @@ pub(crate) fn window_panel(seed: u32) -> Image {
     let (left, right) = (PANEL / 2.0 - WINDOW.x / 2.0, PANEL / 2.0 + WINDOW.x / 2.0);
     let (sill, lintel) = (PARAPET, PARAPET + WINDOW.y);
     let post = 0.11;
-    let mut timbers = frame().to_vec();
-    timbers.extend([
+    let mut timbers = vec![
         // Struts in the corners under the sill.
-        [0.1, sill, 0.78, 0.1, 0.2],
-        [PANEL - 0.1, sill, PANEL - 0.78, 0.1, 0.2],
+        [0.1, sill - 0.1, 0.78, 0.1, 0.19],
+        [PANEL - 0.1, sill - 0.1, PANEL - 0.78, 0.1, 0.19],
         // The cross under the sill.
         [left, 0.1, right, sill, 0.17],
         [left, sill, right, 0.1, 0.17],
@@ -38,21 +37,22 @@ pub(crate) fn window_panel(seed: u32) -> Image {
         [0.0, lintel + 0.09, PANEL, lintel + 0.09, 0.2],
         [left - post, 0.0, left - post, PANEL, 0.22],
         [right + post, 0.0, right + post, PANEL, 0.22],
-    ]);
+    ];
+    timbers.extend(frame());
     half_timbered("window panel", &timbers, seed)
 }
 
 /// Half-timbered wall of 3.6 m: a post with long braces to both sides.
 pub(crate) fn braced_panel(seed: u32) -> Image {
     let middle = PANEL / 2.0;
-    let mut timbers = frame().to_vec();
-    timbers.extend([
+    let mut timbers = vec![
         [0.0, PARAPET - 0.08, PANEL, PARAPET - 0.08, 0.19],
         [0.0, 2.99, PANEL, 2.99, 0.2],
-        [0.42, 0.1, middle - 0.1, 2.9, 0.21],
-        [PANEL - 0.42, 0.1, middle + 0.1, 2.9, 0.21],
+        [0.42, 0.1, middle - 0.12, 2.9, 0.21],
+        [PANEL - 0.42, 0.1, middle + 0.12, 2.9, 0.21],
         [middle, 0.0, middle, PANEL, 0.24],
-    ]);
+    ];
+    timbers.extend(frame());
     half_timbered("braced panel", &timbers, seed)
 }
 
@@ -134,10 +134,8 @@ pub(crate) fn planks(seed: u32) -> Image {
 /// A leaf of two fields of slats in a frame.
 pub(crate) fn shutter(seed: u32) -> Image {
     paint("shutter", 256, |uv| {
-        let fields = [0.28, 0.74].map(|y| {
-            let half = Vec2::new(0.36, if y < 0.5 { 0.2 } else { 0.2 });
-            distance_to_rect(uv, Vec2::new(0.5, y), half)
-        });
+        let fields =
+            [0.28, 0.74].map(|y| distance_to_rect(uv, Vec2::new(0.5, y), Vec2::new(0.36, 0.2)));
         let to_field = fields[0].min(fields[1]);
         let slat = (uv.y * 26.0).fract();
         let slats = 0.62 + 0.5 * smooth(0.9, 0.05, slat) - 0.35 * smooth(0.8, 1.0, slat);
