@@ -1,0 +1,181 @@
+//! Bounds, and the opaque texels in them line by line.
+
+use farfield_grid::{BitMask, Rect};
+
+/// The texels of the columns `left..right` in the rows `top..bottom`, at least one of each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Area {
+    pub(crate) left: u32,
+    pub(crate) top: u32,
+    pub(crate) right: u32,
+    pub(crate) bottom: u32,
+}
+
+impl Area {
+    pub(crate) fn from_rect(r: Rect) -> Self {
+        Self {
+            left: r.x,
+            top: r.y,
+            right: r.right(),
+            bottom: r.bottom(),
+        }
+    }
+
+    pub(crate) fn rect(self) -> Rect {
+        Rect {
+            x: self.left,
+            y: self.top,
+            width: self.width(),
+            height: self.height(),
+        }
+    }
+
+    pub(crate) fn width(&self) -> u32 {
+        self.right - self.left
+    }
+
+    pub(crate) fn height(&self) -> u32 {
+        self.bottom - self.top
+    }
+
+    /// Texels with the gutter, and the price of a quad in texels.
+    pub(crate) fn cost(&self, quad: f64) -> f64 {
+        f64::from(self.width() + 2) * f64::from(self.height() + 2) + quad
+    }
+
+    pub(crate) fn meets(&self, other: &Area) -> bool {
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
+    }
+
+    /// The smallest area around both.
+    pub(crate) fn join(&self, other: &Area) -> Area {
+        Area {
+            left: self.left.min(other.left),
+            top: self.top.min(other.top),
+            right: self.right.max(other.right),
+            bottom: self.bottom.max(other.bottom),
+        }
+    }
+
+    /// `margin` texels more on every side, as far as there are columns and rows left and above.
+    pub(crate) fn grown(&self, margin: u32) -> Area {
+        Area {
+            left: self.left.saturating_sub(margin),
+            top: self.top.saturating_sub(margin),
+            right: self.right.saturating_add(margin),
+            bottom: self.bottom.saturating_add(margin),
+        }
+    }
+
+    /// Rows and columns exchanged.
+    pub(crate) fn transposed(&self) -> Area {
+        Area {
+            left: self.top,
+            top: self.left,
+            right: self.bottom,
+            bottom: self.right,
+        }
+    }
+}
+
+/// The opaque texels of one row within an area: their number, and the columns
+/// `first..end` that hold them all (`first` is above `end` when there are none).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Line {
+    pub(crate) first: u32,
+    pub(crate) end: u32,
+    pub(crate) count: u32,
+}
+
+/// Writes the rows of `area` to `lines`, from the top.
+pub(crate) fn read_lines(mask: &BitMask, area: Area, lines: &mut Vec<Line>) {
+    let words = area.left as usize / 64..(area.right as usize).div_ceil(64);
+    let first_bits = u64::MAX << (area.left % 64);
+    let last_bits = u64::MAX >> ((64 - area.right % 64) % 64);
+    lines.clear();
+    lines.extend((area.top..area.bottom).map(|y| {
+        let row = &mask.row(y as usize)[words.clone()];
+        let mut line = Line {
+            first: u32::MAX,
+            end: 0,
+            count: 0,
+        };
+        for (i, &word) in row.iter().enumerate() {
+            let from_left = if i == 0 { first_bits } else { u64::MAX };
+            let to_right = if i + 1 == row.len() {
+                last_bits
+            } else {
+                u64::MAX
+            };
+            let word = word & from_left & to_right;
+            if word == 0 {
+                continue;
+            }
+            let x = (words.start + i) as u32 * 64;
+            if line.count == 0 {
+                line.first = x + word.trailing_zeros();
+            }
+            line.end = x + 64 - word.leading_zeros();
+            line.count += word.count_ones();
+        }
+        line
+    }));
+}
+
+/// The smallest area around the opaque texels of `area`, or `None` when it has none.
+pub(crate) fn shrink(mask: &BitMask, area: Area, lines: &mut Vec<Line>) -> Option<Area> {
+    read_lines(mask, area, lines);
+    let top = lines.iter().position(|l| l.count > 0)?;
+    let bottom = lines.iter().rposition(|l| l.count > 0)? + 1;
+    Some(Area {
+        left: lines.iter().map(|l| l.first).min()?,
+        top: area.top + top as u32,
+        right: lines.iter().map(|l| l.end).max()?,
+        bottom: area.top + bottom as u32,
+    })
+}
+
+/// The mask with rows and columns exchanged, 64 x 64 texels at a time.
+pub(crate) fn transpose(mask: &BitMask) -> BitMask {
+    let (width, height) = (mask.width(), mask.height());
+    let mut out = BitMask::empty(height, width);
+    let n = out.words_per_row();
+    let mut rows = vec![0u64; 64 * n];
+    for column in 0..mask.words_per_row() {
+        for tile in 0..n {
+            let mut bits = [0u64; 64];
+            for (y, bits) in (tile * 64..height).zip(&mut bits) {
+                *bits = mask.row(y)[column];
+            }
+            transpose_tile(&mut bits);
+            for (x, bits) in bits.iter().enumerate() {
+                rows[x * n + tile] = *bits;
+            }
+        }
+        for x in column * 64..width.min(column * 64 + 64) {
+            out.set_row(x, &rows[x % 64 * n..][..n]);
+        }
+    }
+    out
+}
+
+/// Exchanges bit x of word y with bit y of word x: first the off-diagonal quarters of
+/// 32 x 32 bits, then those of their quarters, down to single bits.
+fn transpose_tile(tile: &mut [u64; 64]) {
+    if tile.iter().all(|&w| w == 0) {
+        return;
+    }
+    let (mut size, mut low) = (32, u64::from(u32::MAX));
+    while size > 0 {
+        for y in (0..64).filter(|y| y & size == 0) {
+            let swap = ((tile[y] >> size) ^ tile[y + size]) & low;
+            tile[y] ^= swap << size;
+            tile[y + size] ^= swap;
+        }
+        size /= 2;
+        low ^= low << size;
+    }
+}
