@@ -1,0 +1,8 @@
+//! What needs two crates or more, and whole bakes.
+
+mod bad_input;
+mod determinism;
+mod house;
+mod models;
+mod occlusion;
+mod setup;

@@ -1,0 +1,78 @@
+//! What the tests share: options, folders and real models.
+
+use std::path::{Path, PathBuf};
+use xtask::{BakeOptions, Console, SceneChoice, VerifyOptions, VerifyReport};
+
+/// A bake of a scene for a picture of `resolution` pixels a side.
+pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOptions {
+    BakeOptions {
+        scene,
+        view_cell: None,
+        resolution,
+        fov_degrees: 45.0,
+        exclude: Vec::new(),
+        bytes_per_quad: 104.0,
+        out: Some(out.to_owned()),
+    }
+}
+
+/// The same, from within a view cell named as on the command line.
+pub(crate) fn options_in_cell(
+    scene: SceneChoice,
+    cell: &str,
+    resolution: u32,
+    out: &Path,
+) -> BakeOptions {
+    let view_cell = Some(cell.parse().expect("the test names a view cell"));
+    BakeOptions {
+        view_cell,
+        ..options(scene, resolution, out)
+    }
+}
+
+/// Looks at a bundle from its first `views` viewpoints.
+pub(crate) fn verified(dir: &Path, views: u64) -> VerifyReport {
+    let options = VerifyOptions {
+        dir: dir.to_owned(),
+        scene: None,
+        views: 0..views,
+    };
+    xtask::verify(&options, &Console::default()).expect("the bundle can be verified")
+}
+
+/// A real model, where the environment variable `FARFIELD_MODELS` names a folder that has it.
+pub(crate) fn model(name: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("FARFIELD_MODELS").map(|folder| PathBuf::from(folder).join(name));
+    let found = path.filter(|path| path.exists());
+    if found.is_none() {
+        skipped(&format!("{name} is in no folder named by FARFIELD_MODELS"));
+    }
+    found
+}
+
+/// Says on the test's output that something was not tested.
+#[expect(clippy::print_stderr, reason = "a test that cannot run must say so")]
+pub(crate) fn skipped(why: &str) {
+    eprintln!("SKIPPED: {why}");
+}
+
+/// Names and contents of all files under a folder, sorted.
+pub(crate) fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).expect("the folder can be read") {
+            let path = entry.expect("the entry can be read").path();
+            match path.is_dir() {
+                true => folders.push(path),
+                false => {
+                    let bytes = std::fs::read(&path).expect("the file can be read");
+                    let name = path.strip_prefix(folder).expect("it lies in the folder");
+                    files.push((name.to_owned(), bytes));
+                }
+            }
+        }
+    }
+    files.sort();
+    files
+}

@@ -1,0 +1,239 @@
+//! Layered impostors: place, record, cull, grow, pack, paint
+//! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
+
+use crate::console::Console;
+use crate::view_cell;
+use anyhow::Result;
+use farfield_atlas::pack;
+use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody};
+use farfield_culling::Culler;
+use farfield_grid::{BitMask, Grid, Rect};
+use farfield_layers::{Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view, stack};
+use farfield_pages::{GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
+use farfield_quads::{Price, cover};
+use farfield_sampling::{
+    Lighting, Recording, Sample, Textures, record, sample_colors, seen_bounds,
+};
+use farfield_scene::Scene;
+use farfield_views::{Camera, ViewCell};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// What a layered impostor is made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Where the viewer may be.
+    pub cell: ViewCell,
+    /// The box around all that is represented.
+    pub represented: [DVec3; 2],
+    /// The viewer's camera.
+    pub camera: PromisedCamera,
+    /// What a quad is worth, in bytes.
+    pub bytes_per_quad: f64,
+}
+
+/// A layered impostor: its description and what is displayed.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Baked {
+    pub(super) impostor: Impostor,
+    pub(super) display: Scene,
+}
+
+/// Longest side of an atlas page, in texels.
+const MAX_PAGE: u32 = 4096;
+
+/// Bakes one layered impostor of a whole scene.
+pub(super) fn bake(
+    name: &str,
+    scene: &Scene,
+    settings: &Settings,
+    console: &Console,
+) -> Result<Baked> {
+    let stack = console.stage("place", || place(scene, settings))?;
+    let (width, height) = (stack.width, stack.height);
+    let camera = recording_camera(&stack);
+    let textures = console.stage("prepare textures", || Textures::new(scene));
+
+    let recording = console.stage("record", || {
+        record_layers(scene, &textures, &stack, &settings.cell)
+    });
+    let visible = console.stage("cull", || visible_texels(&recording, width, height));
+    let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
+        let price = Price {
+            bytes_per_quad: settings.bytes_per_quad,
+            ..Price::default()
+        };
+        visible.par_iter().map(|mask| cover(mask, &price)).collect()
+    });
+
+    let (pages, patches) = console.stage("pack", || arrange(&rects))?;
+    let pages = console.stage("paint", || {
+        let color = |samples: &[Sample]| {
+            sample_colors(scene, &textures, &camera, samples, &Lighting::default())
+        };
+        paint_pages(&recording, &visible, color, &patches, &pages)
+    });
+
+    let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
+    let [min, max] = settings.represented;
+    let display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
+    let layers = stack.layers.iter().zip(&rects);
+    let body = LayeredBody {
+        pose: stack.pose,
+        extent: stack.extent,
+        width,
+        height,
+        layers: layers
+            .map(|(layer, rects)| LayerRecord {
+                depth: layer.depth,
+                near: layer.near,
+                far: layer.far,
+                quads: rects.len() as u32,
+            })
+            .collect(),
+        texels_recorded: recording.samples.len() as u64,
+        texels_kept: visible.iter().map(|mask| mask.count() as u64).sum(),
+    };
+    let impostor = Impostor {
+        name: name.into(),
+        represented: settings.represented,
+        body: Body::Layered(body),
+    };
+    Ok(Baked { impostor, display })
+}
+
+/// Where the layers go: reference viewpoint and texel size follow from the represented box,
+/// extent and depths from the vertices.
+///
+/// # Errors
+///
+/// When the view cell does not lie before the scene, or too many texels or layers were needed.
+///
+/// # Panics
+///
+/// When the scene draws nothing.
+pub fn place(scene: &Scene, settings: &Settings) -> Result<LayerStack> {
+    let Settings {
+        cell,
+        represented,
+        camera,
+        ..
+    } = settings;
+    let view = reference_view(cell, *represented, camera)
+        .map_err(|error| view_cell::explain(error, cell, scene))?;
+    let (extent, [near, far]) =
+        seen_bounds(scene, &view.pose).expect("a scene with a represented box has triangles");
+    let bounds = Bounds { extent, near, far };
+    Ok(stack(
+        &view.pose,
+        &bounds,
+        &view.precision,
+        &corners_in_view(&view.pose, cell),
+    )?)
+}
+
+/// The camera whose pixels are the texels of a stack's layers.
+pub fn recording_camera(stack: &LayerStack) -> Camera {
+    Camera {
+        pose: stack.pose,
+        extent: stack.extent,
+        width: stack.width,
+        height: stack.height,
+    }
+}
+
+/// Records a scene into the layers of a stack.
+///
+/// # Panics
+///
+/// When a triangle does not lie before the reference viewpoint.
+pub fn record_layers(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    stack: &LayerStack,
+    cell: &ViewCell,
+) -> Recording {
+    let last = stack.layers.last().map(|layer| layer.far);
+    let borders: Vec<f64> = stack
+        .layers
+        .iter()
+        .map(|layer| layer.near)
+        .chain(last)
+        .collect();
+    record(
+        scene,
+        textures,
+        &recording_camera(stack),
+        &borders,
+        &cell.corners(),
+    )
+}
+
+/// Per layer the texels that some view of the cell can see, front to back.
+pub fn visible_texels(recording: &Recording, width: u32, height: u32) -> Vec<BitMask> {
+    let mut culler = Culler::new(width as usize, height as usize);
+    (0..recording.layers.len())
+        .map(|layer| {
+            let masks = recording.masks(layer, width, height);
+            culler.next(&masks.opaque, &masks.occluding)
+        })
+        .collect()
+}
+
+/// Sizes of the pages, and where each rectangle lies on them, sorted by page.
+fn arrange(rects: &[Vec<Rect>]) -> Result<(Vec<[u32; 2]>, Vec<Patch>)> {
+    let all = rects.iter().enumerate();
+    let all: Vec<(usize, Rect)> = all
+        .flat_map(|(layer, rects)| rects.iter().map(move |rect| (layer, *rect)))
+        .collect();
+    let padded = |rect: &Rect| [rect.width + 2 * GUTTER, rect.height + 2 * GUTTER];
+    let sizes: Vec<[u32; 2]> = all.iter().map(|(_, rect)| padded(rect)).collect();
+    let atlas = pack(&sizes, MAX_PAGE)?;
+    let placed = all.into_iter().zip(atlas.placements);
+    let mut patches: Vec<Patch> = placed
+        .map(|((layer, rect), at)| Patch {
+            layer: layer as u32,
+            rect,
+            page: at.page,
+            x: at.x,
+            y: at.y,
+        })
+        .collect();
+    patches.sort_by_key(|patch| patch.page);
+    Ok((atlas.pages, patches))
+}
+
+/// Copies the visible texels of all layers into the pages.
+fn paint_pages(
+    recording: &Recording,
+    visible: &[BitMask],
+    color: impl Fn(&[Sample]) -> Vec<[u8; 3]>,
+    patches: &[Patch],
+    sizes: &[[u32; 2]],
+) -> Vec<Grid<[u8; 4]>> {
+    let mut pages: Vec<_> = sizes.iter().map(|size| blank_page(*size)).collect();
+    let mut by_layer = vec![Vec::new(); visible.len()];
+    for patch in patches {
+        by_layer[patch.layer as usize].push(*patch);
+    }
+    let mut scratch = match visible.first() {
+        Some(mask) => Grid::filled(mask.width(), mask.height(), [0; 4]),
+        None => return pages,
+    };
+    for (layer, mask) in visible.iter().enumerate() {
+        let samples: Vec<Sample> = recording.samples[recording.layers[layer].clone()]
+            .iter()
+            .filter(|sample| mask.contains(usize::from(sample.x), usize::from(sample.y)))
+            .copied()
+            .collect();
+        let positions: Vec<[u16; 2]> = samples.iter().map(|sample| [sample.x, sample.y]).collect();
+        let texels = LayerTexels {
+            width: mask.width() as u32,
+            height: mask.height() as u32,
+            positions: &positions,
+            colors: &color(&samples),
+        };
+        paint(&texels, &by_layer[layer], &mut pages, &mut scratch);
+    }
+    pages
+}

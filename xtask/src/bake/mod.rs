@@ -1,0 +1,264 @@
+//! From a scene to a bundle.
+
+pub mod layered;
+
+use crate::console::{Console, peak_rss_bytes};
+use crate::source::{self, SceneChoice};
+use crate::view_cell::{self, ViewCellSpec};
+use anyhow::Result;
+use farfield_bundle::{
+    Body, Cost, FORMAT, Foliage, GLTF_FILE, Generator, Manifest, NewFile, Options, Promise,
+    Statistics, Technique, VERSION, encode_png, glb_from_scene,
+};
+use farfield_layers::PromisedCamera;
+use farfield_scene::{AlphaMode, Scene};
+use farfield_views::ViewCell;
+use rayon::prelude::*;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// What to bake, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BakeOptions {
+    /// What.
+    pub scene: SceneChoice,
+    /// Where the viewer may be; by default before the scene.
+    pub view_cell: Option<ViewCellSpec>,
+    /// Pixels along each side of the viewer's picture.
+    pub resolution: u32,
+    /// The viewer's field of view, in degrees.
+    pub fov_degrees: f64,
+    /// Names of objects to leave out.
+    pub exclude: Vec<String>,
+    /// What a quad is worth, in bytes.
+    pub bytes_per_quad: f64,
+    /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
+    pub out: Option<PathBuf>,
+}
+
+/// What a bake made; field names are a published contract.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct BakeReport {
+    /// The bundle's folder.
+    pub bundle: PathBuf,
+    /// Name of the technique.
+    pub technique: &'static str,
+    /// From start to end.
+    pub seconds: f64,
+    /// Triangles of the original.
+    pub triangles_in: u64,
+    /// Triangles of the impostors.
+    pub triangles_out: u64,
+    /// Layers of all impostors.
+    pub layers: u64,
+    /// Quads of all impostors.
+    pub quads: u64,
+    /// Draw calls of the impostors.
+    pub draw_calls: u64,
+    /// Uncompressed RGBA pages.
+    pub atlas_bytes: u64,
+    /// Vertices and indices of the impostors.
+    pub geometry_bytes: u64,
+    /// Opaque texels recorded, in all layers.
+    pub texels_recorded: u64,
+    /// Opaque texels that the view cell can see.
+    pub texels_kept: u64,
+    /// The most memory needed at any time; 0 where the system does not tell.
+    pub peak_rss_bytes: u64,
+    /// One by one.
+    pub impostors: Vec<ImpostorReport>,
+}
+
+/// One impostor of a bake.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct ImpostorReport {
+    /// As in the bundle.
+    pub name: String,
+    /// Its layers.
+    pub layers: u64,
+    /// Its quads.
+    pub quads: u64,
+}
+
+/// Bakes a scene into a bundle.
+///
+/// # Errors
+///
+/// When the scene cannot be read, the view cell does not suit it, or the bundle cannot be written.
+/// Then nothing is left behind.
+pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
+    let start = Instant::now();
+    let name = options.scene.name();
+    let dir = options
+        .out
+        .clone()
+        .unwrap_or_else(|| format!("target/farfield/{name}-layered").into());
+
+    let loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let scene = &loaded.scene;
+    let represented = view_cell::represented_box(scene)?;
+    let camera = PromisedCamera {
+        fov: options.fov_degrees.to_radians(),
+        resolution: options.resolution,
+    };
+    let cell = view_cell::resolve(options.view_cell.as_ref(), represented, &camera)?;
+    console.say(format_args!("  view cell {}", describe(&cell)));
+    let warnings: Vec<String> = loaded
+        .warnings
+        .iter()
+        .cloned()
+        .chain(blended_as_masked(scene))
+        .collect();
+    warnings.iter().for_each(|warning| console.warn(warning));
+
+    let settings = layered::Settings {
+        cell,
+        represented,
+        camera,
+        bytes_per_quad: options.bytes_per_quad,
+    };
+    let baked = layered::bake(&name, scene, &settings, console)?;
+
+    let files = console.stage("encode", || encode(&baked.display))?;
+    let Body::Layered(body) = &baked.impostor.body;
+    let quads = body.layers.iter().map(|layer| u64::from(layer.quads)).sum();
+    let statistics = Statistics {
+        before: farfield_bundle::cost(scene),
+        after: farfield_bundle::cost(&baked.display),
+        layers: body.layers.len() as u64,
+        quads,
+        texels_recorded: body.texels_recorded,
+        texels_kept: body.texels_kept,
+    };
+    let manifest = Manifest {
+        format: FORMAT.into(),
+        version: VERSION,
+        generator: Generator {
+            name: "farfield".into(),
+            version: env!("CARGO_PKG_VERSION").into(),
+        },
+        technique: Technique::Layered {
+            bytes_per_quad: options.bytes_per_quad,
+            foliage: Foliage::Any,
+        },
+        options: Options {
+            resolution: options.resolution,
+            fov_degrees: options.fov_degrees,
+            view_cell: cell,
+            exclude: options.exclude.clone(),
+        },
+        scene: source::record(&options.scene, &dir)?,
+        promise: Promise {
+            gap_pixels: Some(0),
+            parallax_px: Some(1.0),
+            ..Promise::default()
+        },
+        statistics: statistics.clone(),
+        warnings,
+        impostors: vec![baked.impostor],
+        files: Vec::new(),
+        sha256: String::new(),
+    };
+    console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
+
+    summarise(&statistics, &dir, console);
+    let impostors = vec![ImpostorReport {
+        name,
+        layers: statistics.layers,
+        quads,
+    }];
+    Ok(BakeReport {
+        bundle: dir,
+        technique: manifest.technique.name(),
+        seconds: start.elapsed().as_secs_f64(),
+        triangles_in: statistics.before.triangles,
+        triangles_out: statistics.after.triangles,
+        layers: statistics.layers,
+        quads,
+        draw_calls: statistics.after.draw_calls,
+        atlas_bytes: statistics.after.texture_bytes,
+        geometry_bytes: statistics.after.geometry_bytes,
+        texels_recorded: statistics.texels_recorded,
+        texels_kept: statistics.texels_kept,
+        peak_rss_bytes: peak_rss_bytes(),
+        impostors,
+    })
+}
+
+/// Blended materials are recorded like masked ones, which their makers may not expect.
+fn blended_as_masked(scene: &Scene) -> Option<String> {
+    let blended = |material: &u32| scene.materials[*material as usize].alpha == AlphaMode::Blend;
+    let count = scene
+        .triangle_materials
+        .iter()
+        .filter(|material| blended(material))
+        .count();
+    (count > 0).then(|| {
+        format!(
+            "{count} triangles have blended materials; impostors are opaque or not, \
+             so these count as there where alpha is at least 0.5"
+        )
+    })
+}
+
+/// The glTF file and the pages it shows.
+fn encode(display: &Scene) -> Result<Vec<NewFile>> {
+    let uris: Vec<String> = display
+        .images
+        .iter()
+        .map(|image| format!("pages/{}.png", image.name))
+        .collect();
+    let glb = NewFile {
+        path: GLTF_FILE.into(),
+        bytes: glb_from_scene(display, &uris)?,
+    };
+    let pages = display.images.par_iter().zip(&uris);
+    let pages = pages.map(|(image, uri)| NewFile {
+        path: uri.clone(),
+        bytes: encode_png(image),
+    });
+    Ok(rayon::iter::once(glb).chain(pages).collect())
+}
+
+fn describe(cell: &ViewCell) -> String {
+    match cell {
+        ViewCell::Box { center: c, size: s } => {
+            format!("box:{},{},{}:{},{},{}", c.x, c.y, c.z, s.x, s.y, s.z)
+        }
+        ViewCell::Shaft {
+            axis: d,
+            half_angle,
+            near,
+            far,
+            ..
+        } => {
+            let degrees = half_angle.to_degrees();
+            format!("shaft:{},{},{}:{degrees:.6}:{near}:{far:.6}", d.x, d.y, d.z)
+        }
+    }
+}
+
+fn summarise(statistics: &Statistics, dir: &std::path::Path, console: &Console) {
+    let Statistics { before, after, .. } = statistics;
+    let kept = statistics.texels_kept as f64 / statistics.texels_recorded.max(1) as f64;
+    let row = |name: &str, of: fn(&Cost) -> u64| {
+        let (before, after) = (of(before), of(after));
+        console.say(format_args!("  {name:<16}{before:>14}{after:>14}"));
+    };
+    console.say(format_args!(
+        "\n  {:<16}{:>14}{:>14}",
+        "", "original", "impostor"
+    ));
+    row("triangles", |cost| cost.triangles);
+    row("draw calls", |cost| cost.draw_calls);
+    row("geometry bytes", |cost| cost.geometry_bytes);
+    row("texture bytes", |cost| cost.texture_bytes);
+    console.say(format_args!(
+        "\n  {} layers, {} quads, {:.1} % of {} recorded texels can be seen",
+        statistics.layers,
+        statistics.quads,
+        kept * 100.0,
+        statistics.texels_recorded
+    ));
+    console.say(format_args!("  bundle in {}", dir.display()));
+}

@@ -1,0 +1,165 @@
+//! `cargo xtask`: bakes impostors and verifies them.
+
+use anyhow::Context;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use xtask::{
+    BakeOptions, BakeReport, Console, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake,
+    verify,
+};
+
+/// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
+/// right.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Bakes a scene into a bundle: glTF, atlas pages and a manifest.
+    Bake(BakeArgs),
+    /// Renders original and bundle from the whole view cell and checks the bundle's promise.
+    Verify(VerifyArgs),
+}
+
+#[derive(Args)]
+struct BakeArgs {
+    /// A .glb or .gltf file; without it the built-in house is baked.
+    scene: Option<PathBuf>,
+    /// How the impostor is made.
+    #[arg(long, value_enum, default_value_t = Technique::Layered)]
+    technique: Technique,
+    /// Where the viewer may be: box:cx,cy,cz:sx,sy,sz (centre and size in metres), or
+    /// shaft:dx,dy,dz:half_angle:min[:max] (direction from the scene's centre to the viewers,
+    /// degrees, distances in metres).
+    /// [default: a cube of half the scene's largest extent, one extent before its +Z side]
+    #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
+    view_cell: Option<ViewCellSpec>,
+    /// Pixels along each side of the viewer's picture.
+    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=16384))]
+    resolution: u32,
+    /// The viewer's field of view in degrees.
+    #[arg(long, default_value_t = 45.0, value_parser = field_of_view)]
+    fov: f64,
+    /// Leaves out all objects of this name; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    exclude: Vec<String>,
+    /// What a quad is worth in bytes: more gives fewer quads and larger pages.
+    #[arg(long, default_value_t = 104.0, value_parser = positive)]
+    bytes_per_quad: f64,
+    /// The bundle's folder. [default: target/farfield/<scene>-<technique>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Technique {
+    /// Textured quads on parallel layers.
+    Layered,
+}
+
+#[derive(Args)]
+struct VerifyArgs {
+    /// The bundle's folder.
+    dir: PathBuf,
+    /// The original, where it is no longer where it was baked from.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
+    /// then an even sequence of points inside.
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
+    views: u64,
+    /// Looks from this viewpoint only, and writes its pictures.
+    #[arg(long, value_name = "N", conflicts_with = "views")]
+    view: Option<u64>,
+    /// Prints one JSON object on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command {
+        Command::Bake(args) => run_bake(args),
+        Command::Verify(args) => run_verify(args),
+    };
+    done.unwrap_or_else(|error| {
+        Console::default().error(&error);
+        ExitCode::from(1)
+    })
+}
+
+fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
+    let Technique::Layered = args.technique;
+    let options = BakeOptions {
+        scene: args.scene.map_or(SceneChoice::House, SceneChoice::File),
+        view_cell: args.view_cell,
+        resolution: args.resolution,
+        fov_degrees: args.fov,
+        exclude: args.exclude,
+        bytes_per_quad: args.bytes_per_quad,
+        out: args.out,
+    };
+    let report: BakeReport = bake(&options, &Console::default())?;
+    print_json(args.json, &report)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
+    let options = VerifyOptions {
+        dir: args.dir,
+        scene: args.scene,
+        views: match args.view {
+            Some(view) => view..view + 1,
+            None => 0..args.views,
+        },
+    };
+    let report: VerifyReport = verify(&options, &Console::default())?;
+    print_json(args.json, &report)?;
+    Ok(if report.holds {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(3)
+    })
+}
+
+#[expect(
+    clippy::print_stdout,
+    reason = "stdout is where machines read the report"
+)]
+fn print_json(wanted: bool, report: &impl serde::Serialize) -> anyhow::Result<()> {
+    if wanted {
+        println!(
+            "{}",
+            serde_json::to_string(report).context("cannot write the report as JSON")?
+        );
+    }
+    Ok(())
+}
+
+fn field_of_view(text: &str) -> Result<f64, String> {
+    let degrees = positive(text)?;
+    if degrees < 170.0 {
+        Ok(degrees)
+    } else {
+        Err("a field of view lies below 170 degrees".into())
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text
+        .parse()
+        .map_err(|_| format!("'{text}' is not a number"))?;
+    if value > 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(format!("{text} is not positive"))
+    }
+}

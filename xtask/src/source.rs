@@ -1,0 +1,142 @@
+//! Where scenes come from.
+
+use anyhow::{Context, Result, bail};
+use farfield_bundle::SceneSource;
+use farfield_scene::Scene;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+/// The seed of the built-in house's textures.
+const HOUSE_SEED: u64 = 0;
+
+/// What is to be baked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum SceneChoice {
+    /// The built-in house.
+    House,
+    /// A file.
+    File(PathBuf),
+}
+
+impl SceneChoice {
+    /// A short name, for the bundle's folder.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            Self::House => "house".into(),
+            Self::File(path) => path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+        }
+    }
+}
+
+/// A scene as it was read, less what was excluded.
+pub(crate) struct Loaded {
+    pub(crate) scene: Scene,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Reads or makes a scene and leaves out the objects named in `exclude`.
+pub(crate) fn load(choice: &SceneChoice, exclude: &[String]) -> Result<Loaded> {
+    let mut loaded = match choice {
+        SceneChoice::House => Loaded {
+            scene: farfield_town::house(HOUSE_SEED),
+            warnings: Vec::new(),
+        },
+        SceneChoice::File(path) => {
+            let imported = farfield_import::read(path)?;
+            Loaded {
+                scene: imported.scene,
+                warnings: imported.warnings,
+            }
+        }
+    };
+    for name in exclude {
+        let objects = &mut loaded.scene.objects;
+        let before = objects.len();
+        objects.retain(|object| object.name != *name);
+        if objects.len() == before {
+            bail!("--exclude {name}: no object has this name; names are those of the file's nodes");
+        }
+    }
+    Ok(loaded)
+}
+
+/// How the manifest of a bundle in `dir` refers to a scene.
+pub(crate) fn record(choice: &SceneChoice, dir: &Path) -> Result<SceneSource> {
+    match choice {
+        SceneChoice::House => Ok(SceneSource::BuiltIn {
+            name: "house".into(),
+            size: 1,
+            seed: HOUSE_SEED,
+        }),
+        SceneChoice::File(path) => {
+            let from = std::path::absolute(dir).context("the current folder is gone")?;
+            let to = path
+                .canonicalize()
+                .with_context(|| path.display().to_string())?;
+            let relative = pathdiff::diff_paths(&to, real(&from)).unwrap_or(to);
+            let path_in_bundle = relative.to_string_lossy().replace('\\', "/");
+            Ok(SceneSource::File {
+                path: path_in_bundle,
+                sha256: sha256_of_file(path)?,
+            })
+        }
+    }
+}
+
+/// The scene that the bundle in `dir` was baked from, or `instead` of it; either must be the same
+/// bytes.
+pub(crate) fn find(
+    source: &SceneSource,
+    dir: &Path,
+    instead: Option<&Path>,
+) -> Result<SceneChoice> {
+    let (path, sha256) = match (source, instead) {
+        (SceneSource::BuiltIn { name, .. }, None) if name == "house" => {
+            return Ok(SceneChoice::House);
+        }
+        (SceneSource::BuiltIn { name, .. }, None) => {
+            bail!("this version has no built-in scene '{name}': verify with the version that baked")
+        }
+        (SceneSource::BuiltIn { name, .. }, Some(_)) => {
+            bail!("the bundle was baked from the built-in scene '{name}': leave --scene out")
+        }
+        (SceneSource::File { path, sha256 }, None) => (dir.join(path), sha256),
+        (SceneSource::File { sha256, .. }, Some(path)) => (path.to_owned(), sha256),
+    };
+    if !path.exists() {
+        bail!(
+            "{}: the scene that was baked is not there: name it with --scene FILE",
+            path.display()
+        );
+    }
+    if sha256_of_file(&path)? != *sha256 {
+        bail!(
+            "{}: this is not the scene that was baked (its SHA-256 differs): bake it again, \
+             or name the one that was baked with --scene FILE",
+            path.display()
+        );
+    }
+    Ok(SceneChoice::File(path))
+}
+
+fn sha256_of_file(path: &Path) -> Result<String> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    Ok(Sha256::digest(&bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect())
+}
+
+/// A path with the symbolic links of its existing part followed: what "..", seen from there, means.
+fn real(path: &Path) -> PathBuf {
+    for above in path.ancestors() {
+        if let (Ok(real), Ok(rest)) = (above.canonicalize(), path.strip_prefix(above)) {
+            return real.join(rest);
+        }
+    }
+    path.to_owned()
+}
