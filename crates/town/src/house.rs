@@ -30,7 +30,7 @@ const UPPER_BOTTOM: f32 = 4.4;
 /// A half-timbered guildhall, 20 m wide (x), 20 m high (y, from 0) and 40 m deep (z), in the middle
 /// of x and z, its gable and portal towards +Z.
 ///
-/// About 1,900 triangles of single-sided materials with the front outwards, in named objects;
+/// About 2,000 triangles of single-sided materials with the front outwards, in named objects;
 /// windows, shutters, dormers and chimneys share meshes. Textures are painted in code.
 ///
 /// * `seed` - for the noise in the textures; the geometry is always the same
@@ -308,4 +308,240 @@ fn add_woodshed(scene: &mut Scene) {
     shape.face(wood, &slab.map(|p| p + along));
     shape.face(wood, &[slab[3], slab[2], slab[1], slab[0]]);
     add_object(scene, "woodshed", &shape);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use farfield_scene::Wrap;
+    use proptest::prelude::*;
+    use std::collections::BTreeMap;
+    use std::sync::LazyLock;
+
+    /// Painting takes a second, so the tests share one house.
+    static HOUSE: LazyLock<Scene> = LazyLock::new(|| house(1));
+
+    /// Every triangle's corners in the world with its object.
+    static TRIANGLES: LazyLock<Vec<(u32, [DVec3; 3])>> = LazyLock::new(|| {
+        let objects = 0..HOUSE.objects.len() as u32;
+        objects
+            .flat_map(|object| {
+                let triangles = HOUSE.mesh_of(object).triangles.clone();
+                triangles.map(move |triangle| {
+                    let corners = HOUSE.triangle_in(object, triangle);
+                    (object, corners.map(|v| HOUSE.world_position(object, v)))
+                })
+            })
+            .collect()
+    });
+
+    fn name(object: u32) -> &'static str {
+        &HOUSE.objects[object as usize].name
+    }
+
+    #[test]
+    fn the_scene_is_sound() {
+        assert_eq!(HOUSE.check(), Ok(()));
+    }
+
+    #[test]
+    fn it_is_exactly_20_by_20_by_40_metres() {
+        let [min, max] = HOUSE.bounds().unwrap();
+        assert_eq!(min, DVec3::new(-10.0, 0.0, -20.0));
+        assert_eq!(max, DVec3::new(10.0, 20.0, 20.0));
+    }
+
+    #[test]
+    fn it_has_about_2000_triangles() {
+        let count = HOUSE.drawn_triangles();
+        assert!((1750..=2050).contains(&count), "{count} triangles");
+    }
+
+    /// The geometry, and with it all of the scene but the texels, does not depend on the seed.
+    #[test]
+    fn the_same_seed_gives_the_same_house_and_another_one_only_other_texels() {
+        assert_eq!(*HOUSE, house(1));
+        let mut other = house(u64::MAX);
+        assert_ne!(HOUSE.images, other.images);
+        other.images.clone_from(&HOUSE.images);
+        assert_eq!(*HOUSE, other);
+    }
+
+    #[test]
+    fn no_triangle_is_a_sliver() {
+        for (object, [a, b, c]) in TRIANGLES.iter() {
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            let height = (b - a).cross(c - a).length() / longest;
+            assert!(
+                height > 0.01,
+                "{} has a triangle {height} m high",
+                name(*object)
+            );
+        }
+    }
+
+    #[test]
+    fn normals_agree_with_the_winding() {
+        for &[a, b, c] in &HOUSE.triangles {
+            let [pa, pb, pc] = [a, b, c].map(|v| HOUSE.positions[v as usize].as_dvec3());
+            let normal = (pb - pa).cross(pc - pa).normalize();
+            for v in [a, b, c] {
+                let stored = HOUSE.normals[v as usize].as_dvec3();
+                // Coordinates up to 20 m carry errors of 2^-20 m, edges are longer than 1 cm: the
+                // angle is off by 2^-20 / 0.01 < 1e-3 at most, the cosine by half its square.
+                assert!(stored.dot(normal) > 1.0 - 1e-6, "{stored} against {normal}");
+                assert!((stored.length() - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
+    /// Whether each edge of the objects' triangles is used once in each direction.
+    fn check_closed(object: u32) -> Result<(), String> {
+        let mut uses = BTreeMap::new();
+        let triangles = TRIANGLES.iter().filter(|(o, _)| *o == object);
+        for (_, corners) in triangles {
+            // Adding 0 makes -0 the same as 0.
+            let keys = corners.map(|p| (p + 0.0).to_array().map(f64::to_bits));
+            for i in 0..3 {
+                let [a, b] = [keys[i], keys[(i + 1) % 3]];
+                let (edge, direction) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
+                let (forth, sum) = uses.entry(edge).or_insert((0, 0));
+                *forth += 1;
+                *sum += direction;
+            }
+        }
+        match uses.values().find(|&&(count, sum)| count != 2 || sum != 0) {
+            Some((count, _)) => Err(format!("an edge of {} is used {count} times", name(object))),
+            None => Ok(()),
+        }
+    }
+
+    #[test]
+    fn slabs_roof_ridge_gutters_and_brackets_are_closed() {
+        let closed = ["plinth", "floor", "roof", "ridge", "gutters", "bracket"];
+        let objects: Vec<u32> = (0..HOUSE.objects.len() as u32)
+            .filter(|&object| closed.contains(&name(object)))
+            .collect();
+        assert_eq!(objects.len(), 11);
+        for object in objects {
+            assert_eq!(check_closed(object), Ok(()));
+        }
+    }
+
+    /// Corners of two triangles in one plane that share more than a millimetre of it.
+    fn overlap_in_plane(a: &[DVec3; 3], b: &[DVec3; 3], normal: DVec3) -> bool {
+        // Convex shapes are apart if an edge normal of either separates them.
+        let separates = |p: DVec3, q: DVec3| {
+            let axis = (q - p).cross(normal).normalize();
+            let range = |t: &[DVec3; 3]| {
+                let along = t.map(|c| axis.dot(c - p));
+                let min = along.into_iter().fold(f64::INFINITY, f64::min);
+                let max = along.into_iter().fold(f64::NEG_INFINITY, f64::max);
+                [min, max]
+            };
+            let ([a0, a1], [b0, b1]) = (range(a), range(b));
+            a1.min(b1) - a0.max(b0) < 1e-3
+        };
+        let edges = |t: &[DVec3; 3]| [0, 1, 2].map(|i| [t[i], t[(i + 1) % 3]]);
+        !edges(a)
+            .into_iter()
+            .chain(edges(b))
+            .any(|[p, q]| separates(p, q))
+    }
+
+    /// No two triangles that face the same way lie in one plane, or nearly, on top of each other.
+    #[test]
+    fn nothing_fights_for_depth() {
+        let planes: Vec<DVec3> = TRIANGLES
+            .iter()
+            .map(|(_, [a, b, c])| (b - a).cross(c - a).normalize())
+            .collect();
+        for (i, (object, a)) in TRIANGLES.iter().enumerate() {
+            for (j, (other, b)) in TRIANGLES.iter().enumerate().skip(i + 1) {
+                let near = planes[i].dot(planes[j]) > 0.999_99
+                    && b.iter().all(|&p| planes[i].dot(p - a[0]).abs() < 4e-3);
+                assert!(
+                    !near || !overlap_in_plane(a, b, planes[i]),
+                    "{} and {} at {}",
+                    name(*object),
+                    name(*other),
+                    a[0]
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn textures_that_do_not_repeat_stay_in_their_image() {
+        let clamped = |t: &usize| {
+            let material = &HOUSE.materials[HOUSE.triangle_materials[*t] as usize];
+            material.base_color_texture.is_some_and(|texture| {
+                HOUSE.textures[texture as usize].wrap == [Wrap::ClampToEdge; 2]
+            })
+        };
+        for t in (0..HOUSE.triangles.len()).filter(clamped) {
+            for v in HOUSE.triangles[t] {
+                let uv = HOUSE.uvs[v as usize];
+                // Computed from coordinates up to 20 m in cells of 1 m and more.
+                let inside =
+                    uv.cmpge(Vec2::splat(-1e-5)).all() && uv.cmple(Vec2::splat(1.00001)).all();
+                assert!(inside, "{uv}");
+            }
+        }
+    }
+
+    /// Distance to the nearest triangle that the ray meets, and whether it sees its front.
+    ///
+    /// Where several are met at one distance, as on an edge, a front wins.
+    fn first_seen(eye: DVec3, direction: DVec3) -> Option<(f64, u32, bool)> {
+        let mut nearest: Option<(f64, u32, bool)> = None;
+        for &(object, [a, b, c]) in TRIANGLES.iter() {
+            // Moeller and Trumbore, Fast, Minimum Storage Ray/Triangle Intersection, 1997.
+            let (ab, ac) = (b - a, c - a);
+            let p = direction.cross(ac);
+            let determinant = ab.dot(p);
+            if determinant == 0.0 {
+                continue;
+            }
+            let from_a = eye - a;
+            let u = from_a.dot(p) / determinant;
+            let q = from_a.cross(ab);
+            let v = direction.dot(q) / determinant;
+            let t = ac.dot(q) / determinant;
+            let is_hit = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0;
+            let wins = nearest
+                .is_none_or(|(best, _, front)| t < best - 1e-6 || (t < best + 1e-6 && !front));
+            if is_hit && wins {
+                nearest = Some((t, object, determinant > 0.0));
+            }
+        }
+        nearest
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(10_000))]
+
+        /// From above the ground, near or far, no line of sight to any triangle meets a back
+        /// first: nowhere is there a hole or a turned triangle.
+        #[test]
+        fn only_fronts_are_seen_from_outside(
+            toward in [-1.0..1.0f64, 0.0..1.0, -1.0..1.0],
+            distance in 0.0..60.0f64,
+            triangle: prop::sample::Index,
+            at in [0.0..1.0f64, 0.0..1.0],
+        ) {
+            // On the box around the house, moved out; low ones are likely, they see most.
+            let [x, y, z] = toward;
+            let toward = DVec3::new(x, y.powi(3), z);
+            let scale = toward.abs().max_element().max(1e-3);
+            let eye = toward / scale * (DVec3::new(10.0, 20.0, 20.0) + distance);
+            let (_, [a, b, c]) = TRIANGLES[triangle.index(TRIANGLES.len())];
+            let target = a + at[0] * (b + at[1] * (c - b) - a);
+            let seen = first_seen(eye, (target - eye).normalize());
+            prop_assert!(
+                seen.is_none_or(|(_, _, front)| front),
+                "the back of {} from {eye} to {target}", name(seen.unwrap().1)
+            );
+        }
+    }
 }

@@ -39,13 +39,11 @@ pub(crate) fn add_wall_around_portal(
     let inner: Vec<Vec2> = outline(0.0).iter().map(|&p| p + threshold).collect();
     let (top, last) = (inner.len() / 2, inner.len() - 1);
     let [_, low_right, high_right, high_left] = cell.corners();
-    let low_left = cell.min;
     let mut add = |polygon: &[Vec2]| add_wall(shape, facade, skin, cell, polygon);
     // Down to the cell's lower edge, which the steps hide.
-    let at_bottom = |p: Vec2| p.with_y(cell.min.y);
-    let [foot_right, foot_left] = [inner[0], inner[last]].map(at_bottom);
-    add(&[foot_right, low_right, high_right, inner[1], inner[0]]);
-    add(&[low_left, foot_left, inner[last], inner[last - 1], high_left]);
+    let [foot_right, foot_left] = [inner[0], inner[last]].map(|p| p.with_y(cell.min.y));
+    add(&[foot_right, low_right, high_right, inner[1]]);
+    add(&[cell.min, foot_left, inner[last - 1], high_left]);
     for i in 1..last - 1 {
         let corner = if i < top { high_right } else { high_left };
         add(&[inner[i], corner, inner[i + 1]]);

@@ -6,6 +6,7 @@ use farfield_scene::Image;
 
 /// Tiles side by side, and courses; even, because every other course is shifted by half a tile.
 const TILES: i32 = 16;
+const _: () = assert!(TILES % 2 == 0);
 
 /// Plain tiles of 25 cm with rounded lower ends, in courses that overlap; 4 m.
 pub(crate) fn tiles(seed: u32) -> Image {

@@ -30,6 +30,7 @@ impl Bond {
     fn locate(&self, uv: Vec2, stretch: f32, seed: u32) -> InBond {
         let wander = |seed| self.wobble * (fractal(uv, [12, 12], 2, seed) - 0.5);
         let [across, courses] = self.counts;
+        debug_assert!(courses % 2 == 0, "{courses} courses do not tile");
         let v = uv.y * courses as f32 + wander(seed);
         let course = v.floor();
         let odd = (course as i32).rem_euclid(2) as f32;
