@@ -626,6 +626,43 @@ mod tests {
         }
     }
 
+    /// Few texels, before a viewpoint far behind: there the displacement grows fast to the sides, and
+    /// a ray that enters the extent between two layers is the worst.
+    #[test]
+    fn rays_that_enter_the_extent_count_too() {
+        let extent = Extent {
+            min: DVec2::splat(-0.001),
+            max: DVec2::splat(0.001),
+        };
+        let bounds = Bounds {
+            extent,
+            near: 0.1,
+            far: 2.0,
+        };
+        let precision = Precision {
+            texel: 0.001,
+            disparity: 1.0,
+            parallax: 1e-5,
+        };
+        let eye = DVec3::new(0.0, 0.0, -5.0);
+        let stack = stack(&pose(), &bounds, &precision, &[eye.extend(1.0)]).unwrap();
+        let max = stack.extent.max;
+        let mut entering = 0;
+        for (pair, i) in stack
+            .layers
+            .windows(2)
+            .flat_map(|p| (0..100).map(move |i| (p, i)))
+        {
+            let slope = max + precision.texel * f64::from(i) / 50.0;
+            let behind = slope_behind(eye, slope, pair[0].depth, pair[1].depth);
+            if behind.x <= max.x {
+                entering += 1;
+                assert!((slope - behind).x <= precision.texel, "{slope} to {behind}");
+            }
+        }
+        assert!(entering > 100);
+    }
+
     /// A plane parallel to the layers is shown without any parallax.
     #[test]
     fn a_flat_thing_is_in_its_layer() {
