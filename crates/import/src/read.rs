@@ -81,3 +81,59 @@ fn read_regular(path: &Path) -> io::Result<Vec<u8>> {
         )),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle whose positions stand in `folder/a b.bin`, and the file of that name.
+    fn write_triangle(folder: &Path) -> PathBuf {
+        let positions: Vec<u8> = [0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .collect();
+        fs::create_dir(folder.join("folder")).unwrap();
+        fs::write(folder.join("folder/a b.bin"), positions).unwrap();
+        let path = folder.join("triangle.of-no-known-kind");
+        let document = r#"
+            {"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "buffers": [{"uri": "folder/a%20b.bin", "byteLength": 36}]}"#;
+        fs::write(&path, document).unwrap();
+        path
+    }
+
+    #[test]
+    fn a_file_and_what_lies_beside_it_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = write_triangle(folder.path());
+        assert_eq!(read(&path).unwrap().scene.drawn_triangles(), 1);
+
+        fs::remove_file(folder.path().join("folder/a b.bin")).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        let expected = format!("{}: buffers[0].uri: \"folder/a b.bin\"", path.display());
+        assert!(message.starts_with(&expected), "{message}");
+    }
+
+    #[test]
+    fn what_is_no_scene_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.glb");
+        let refused = || read(&path).unwrap_err();
+        assert!(matches!(refused(), ImportError::File { .. }));
+        for content in ["", "  ", "solid cube", "[]"] {
+            fs::write(&path, content).unwrap();
+            assert!(
+                matches!(refused(), ImportError::Format { .. }),
+                "{content:?}"
+            );
+        }
+        fs::write(&path, "{").unwrap();
+        assert!(matches!(refused(), ImportError::Gltf { .. }));
+        // A folder is no file.
+        let error = read(folder.path()).unwrap_err();
+        assert!(matches!(error, ImportError::File { .. }), "{error}");
+    }
+}

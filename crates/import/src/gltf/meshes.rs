@@ -14,8 +14,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Bytes of vertices and triangles that any file may have, and how many more for each of its
-/// bytes. Without sharing, the most that a byte makes is 80, half a triangle of a strip with three
-/// vertices of its own; beyond, the file draws the same accessors over and over.
+/// bytes. What a file draws once takes at most 80 for each of its bytes: half a triangle of a strip
+/// of shorts, with three vertices of its own. Beyond, it draws the same data over and over.
 const GEOMETRY_BYTES: u64 = 1 << 28;
 const GEOMETRY_BYTES_PER_BYTE: u64 = 128;
 const BYTES_PER_VERTEX: u64 =
