@@ -130,8 +130,9 @@ mod tests {
             // A denominator that is not positive means no limit.
             let limits = expected.into_iter().filter(|c| *c > 0.0);
             let expected = limits.fold(f64::INFINITY, f64::min);
-            // 1/c is a difference of b/(p a) and 1/a, of up to a dozen roundings each; the
-            // largest b/p is below 2 res (1 + (n + m) (t0 + s) / (w t)).
+            // 1/c is a difference of b/(p a) and 1/a, with up to a dozen roundings each. The
+            // summands of b/(p a) are 1/c + 1/a and those of the lateral distance, which may
+            // cancel: 2 res (1 + (n + m) (t0 + s) / (w t)) / t covers them.
             let Self {
                 n,
                 m,
@@ -141,7 +142,8 @@ mod tests {
                 res,
                 t,
             } = self;
-            let magnitude = (2.0 * res * (1.0 + (n + m) * (t0 + s) / (w * t)) + 1.0) / t;
+            let magnitude =
+                (2.0 * res * (1.0 + (n + m) * (t0 + s) / (w * t)) + 1.0) / t + 1.0 / expected;
             if (1.0 / found - 1.0 / expected).abs() <= 12.0 * f64::EPSILON * magnitude {
                 Ok(())
             } else {
