@@ -344,17 +344,31 @@ mod tests {
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
         let damages: [(&str, Damage); 38] = [
-            ("format", |m| m.format = "other".into()),
-            ("version", |m| m.version = 0),
-            ("generator.name", |m| m.generator.name.clear()),
+            ("format", |m| {
+                m.format = "other".into();
+            }),
+            ("version", |m| {
+                m.version = 0;
+            }),
+            ("generator.name", |m| {
+                m.generator.name.clear();
+            }),
             ("technique.bytes_per_quad", |m| {
                 let Technique::Layered { bytes_per_quad, .. } = &mut m.technique;
                 *bytes_per_quad = -1.0;
             }),
-            ("options.resolution", |m| m.options.resolution = 0),
-            ("options.resolution", |m| m.options.resolution = 65537),
-            ("options.fov_degrees", |m| m.options.fov_degrees = 180.0),
-            ("options.fov_degrees", |m| m.options.fov_degrees = f64::NAN),
+            ("options.resolution", |m| {
+                m.options.resolution = 0;
+            }),
+            ("options.resolution", |m| {
+                m.options.resolution = 65537;
+            }),
+            ("options.fov_degrees", |m| {
+                m.options.fov_degrees = 180.0;
+            }),
+            ("options.fov_degrees", |m| {
+                m.options.fov_degrees = f64::NAN;
+            }),
             ("options.view_cell.center", |m| {
                 m.options.view_cell = ViewCell::Box {
                     center: DVec3::INFINITY,
@@ -368,19 +382,19 @@ mod tests {
                 };
             }),
             ("options.view_cell.axis", |m| {
-                shaft(m, DVec3::ZERO, 0.1, 1.0, 2.0)
+                shaft(m, DVec3::ZERO, 0.1, 1.0, 2.0);
             }),
             ("options.view_cell.half_angle", |m| {
-                shaft(m, DVec3::X, 1.6, 1.0, 2.0)
+                shaft(m, DVec3::X, 1.6, 1.0, 2.0);
             }),
             ("options.view_cell.near", |m| {
-                shaft(m, DVec3::X, 0.1, 2.0, 1.0)
+                shaft(m, DVec3::X, 0.1, 2.0, 1.0);
             }),
             ("options.view_cell.near", |m| {
-                shaft(m, DVec3::X, 0.1, 0.0, 1.0)
+                shaft(m, DVec3::X, 0.1, 0.0, 1.0);
             }),
             ("options.view_cell.near", |m| {
-                shaft(m, DVec3::X, 0.1, 1.0, f64::NAN)
+                shaft(m, DVec3::X, 0.1, 1.0, f64::NAN);
             }),
             ("scene.name", |m| {
                 m.scene = SceneSource::BuiltIn {
@@ -393,48 +407,62 @@ mod tests {
             ("scene.path", |m| file(m, "C:/a.glb", &"0".repeat(64))),
             ("scene.sha256", |m| file(m, "../a.glb", &"A".repeat(64))),
             ("promise.parallax_px", |m| {
-                m.promise.parallax_px = Some(f64::INFINITY)
+                m.promise.parallax_px = Some(f64::INFINITY);
             }),
             ("promise.coverage_error", |m| {
-                m.promise.coverage_error = Some(-0.1)
+                m.promise.coverage_error = Some(-0.1);
             }),
             ("impostors[1].name", |m| {
-                m.impostors[1].name = "front".into()
+                m.impostors[1].name = "front".into();
             }),
             ("impostors[0].represented", |m| {
-                m.impostors[0].represented.swap(0, 1)
+                m.impostors[0].represented.swap(0, 1);
             }),
             ("impostors[0].body.pose.eye", |m| {
-                layers(m, 0).pose.eye.x = f64::NAN
+                layers(m, 0).pose.eye.x = f64::NAN;
             }),
-            ("impostors[0].body.pose", |m| layers(m, 0).pose.right *= 1.1),
-            ("impostors[0].body.pose", |m| layers(m, 0).pose.down *= -1.0),
+            ("impostors[0].body.pose", |m| {
+                layers(m, 0).pose.right *= 1.1;
+            }),
+            ("impostors[0].body.pose", |m| {
+                layers(m, 0).pose.down *= -1.0;
+            }),
             ("impostors[0].body.extent", |m| {
-                layers(m, 0).extent.max.y = -9.0
+                layers(m, 0).extent.max.y = -9.0;
             }),
-            ("impostors[0].body.width", |m| layers(m, 0).width = 0),
+            ("impostors[0].body.width", |m| {
+                layers(m, 0).width = 0;
+            }),
             ("impostors[1].body.height", |m| {
-                layers(m, 1).height = 1 << 20
+                layers(m, 1).height = 1 << 20;
             }),
             ("impostors[0].body.layers[1]", |m| {
-                layers(m, 0).layers[1].far = 5.0
+                layers(m, 0).layers[1].far = 5.0;
             }),
             ("impostors[0].body.layers[0]", |m| {
-                layers(m, 0).layers[0].near = f64::NAN
+                layers(m, 0).layers[0].near = f64::NAN;
             }),
             ("impostors[0].body.layers[1]", |m| {
-                layers(m, 0).layers.swap(0, 1)
+                layers(m, 0).layers.swap(0, 1);
             }),
             ("impostors[0].body.texels_kept", |m| {
-                layers(m, 0).texels_kept = 1001
+                layers(m, 0).texels_kept = 1001;
             }),
-            ("statistics.layers", |m| m.statistics.layers = 4),
-            ("statistics.quads", |m| layers(m, 1).layers[0].quads = 8),
+            ("statistics.layers", |m| {
+                m.statistics.layers = 4;
+            }),
+            ("statistics.quads", |m| {
+                layers(m, 1).layers[0].quads = 8;
+            }),
             ("statistics.texels_recorded", |m| {
                 layers(m, 0).texels_recorded = u64::MAX;
             }),
-            ("files", |m| m.files[0].path = "other.glb".into()),
-            ("files[1].path", |m| m.files.push(m.files[0].clone())),
+            ("files", |m| {
+                m.files[0].path = "other.glb".into();
+            }),
+            ("files[1].path", |m| {
+                m.files.push(m.files[0].clone());
+            }),
         ];
         for (i, (place, damage)) in damages.into_iter().enumerate() {
             let mut manifest = sample();

@@ -116,7 +116,7 @@ pub enum BundleError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place} {problem}")]
 pub struct ManifestError {
-    /// The field, such as "impostors[0].body.layers[3].near".
+    /// The field, such as `impostors[0].body.layers[3]`.
     pub place: String,
     /// What is wrong with it.
     pub problem: String,

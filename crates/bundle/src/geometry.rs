@@ -1,7 +1,7 @@
 //! A scene's vertices and triangles, sorted into the primitives and streams of a glTF file.
 
 use crate::gltf::{Accessor, Attributes, BufferView, Mesh, Node, Primitive};
-use farfield_scene::{Object, Scene};
+use farfield_scene::{Material, Object, Scene};
 use glam::{DMat3, DMat4, DVec3, Vec4};
 use std::ops::Range;
 
@@ -307,16 +307,15 @@ fn split_by_material(scene: &Scene, mesh: u32) -> Vec<Part> {
         .collect()
 }
 
-/// Indices of the textures that a material uses.
-pub(crate) fn textures_of(material: &farfield_scene::Material) -> impl Iterator<Item = u32> {
-    [
-        material.base_color_texture,
+/// Indices of the textures that a material shows.
+pub(crate) fn textures_of(material: &Material) -> impl Iterator<Item = u32> {
+    let lit = [
         material.metallic_roughness_texture,
         material.normal_texture,
         material.emissive_texture,
-    ]
-    .into_iter()
-    .flatten()
+    ];
+    let lit = lit.into_iter().filter(|_| !material.unlit);
+    lit.chain([material.base_color_texture]).flatten()
 }
 
 /// Whether a linear map is a rotation after a scaling along the axes, mirrored or not: all that a

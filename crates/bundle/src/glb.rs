@@ -32,7 +32,8 @@ pub struct GlbTooLarge {
 /// 65,535 vertices, u32 beyond. Normals are written where the material is lit, texture
 /// coordinates where it has a texture, colours (clamped to [0, 1]) where they are not all one.
 /// Unlit materials use `KHR_materials_unlit`, emission beyond 1
-/// `KHR_materials_emissive_strength`; neither is required of a reader. Meshes, materials,
+/// `KHR_materials_emissive_strength`; neither is required of a reader. Of unlit materials only
+/// what they show is written: no emission, no textures but the base colour's. Meshes, materials,
 /// textures and images that nothing uses are left out.
 ///
 /// # Errors
@@ -213,8 +214,14 @@ fn material(material: &Material, textures: &Kept) -> gltf::Material {
     let info = |texture: u32| gltf::TextureInfo {
         index: index(texture),
     };
+    // Without light, nothing but the base colour shows.
+    let lit = |texture: Option<u32>| texture.filter(|_| !material.unlit);
+    let emissive = match material.unlit {
+        true => Vec3::ZERO,
+        false => material.emissive,
+    };
     // glTF's factor ends at 1, the rest is strength.
-    let strength = material.emissive.max_element().max(1.0);
+    let strength = emissive.max_element().max(1.0);
     let (alpha_mode, alpha_cutoff) = match material.alpha {
         AlphaMode::Opaque => ("OPAQUE", None),
         AlphaMode::Mask { cutoff } => ("MASK", Some(cutoff)),
@@ -227,15 +234,14 @@ fn material(material: &Material, textures: &Kept) -> gltf::Material {
             base_color_texture: material.base_color_texture.map(info),
             metallic_factor: material.metallic,
             roughness_factor: material.roughness,
-            metallic_roughness_texture: material.metallic_roughness_texture.map(info),
+            metallic_roughness_texture: lit(material.metallic_roughness_texture).map(info),
         },
-        normal_texture: material.normal_texture.map(|texture| gltf::NormalTexture {
+        normal_texture: lit(material.normal_texture).map(|texture| gltf::NormalTexture {
             index: index(texture),
             scale: material.normal_scale,
         }),
-        emissive_texture: material.emissive_texture.map(info),
-        emissive_factor: (material.emissive != Vec3::ZERO)
-            .then(|| (material.emissive / strength).to_array()),
+        emissive_texture: lit(material.emissive_texture).map(info),
+        emissive_factor: (emissive != Vec3::ZERO).then(|| (emissive / strength).to_array()),
         alpha_mode,
         alpha_cutoff,
         double_sided: material.double_sided,
@@ -333,7 +339,9 @@ mod tests {
             if offset + stride * accessor.count.0 > view.byte_length.0 {
                 problems.push(format!("accessor {i} ends behind its view"));
             }
-            if (view.byte_offset.unwrap().0 + offset) % component != 0 || offset % component != 0 {
+            if !(view.byte_offset.unwrap().0 + offset).is_multiple_of(component)
+                || !offset.is_multiple_of(component)
+            {
                 problems.push(format!("accessor {i} is not aligned"));
             }
         }
@@ -523,14 +531,15 @@ mod tests {
             same("magFilter", &sampler["magFilter"], json!(mag))?;
             same("minFilter", &sampler["minFilter"], json!(min))
         };
+        let lit = |texture: Option<u32>| texture.filter(|_| !material.unlit);
         let pbr = &written["pbrMetallicRoughness"];
         texture(&pbr["baseColorTexture"], material.base_color_texture)?;
         texture(
             &pbr["metallicRoughnessTexture"],
-            material.metallic_roughness_texture,
+            lit(material.metallic_roughness_texture),
         )?;
-        texture(&written["normalTexture"], material.normal_texture)?;
-        texture(&written["emissiveTexture"], material.emissive_texture)?;
+        texture(&written["normalTexture"], lit(material.normal_texture))?;
+        texture(&written["emissiveTexture"], lit(material.emissive_texture))?;
         same(
             "baseColorFactor",
             &pbr["baseColorFactor"],
@@ -546,7 +555,7 @@ mod tests {
             &pbr["roughnessFactor"],
             json!(material.roughness),
         )?;
-        if material.normal_texture.is_some() {
+        if lit(material.normal_texture).is_some() {
             same(
                 "scale",
                 &written["normalTexture"]["scale"],
@@ -576,12 +585,13 @@ mod tests {
         // The generator's emissions are products of powers of two, so this is exact.
         let strength = &extensions["KHR_materials_emissive_strength"]["emissiveStrength"];
         let strength = strength.as_f64().unwrap_or(1.0) as f32;
+        let emissive = material.emissive * if material.unlit { 0.0 } else { 1.0 };
         let zero = json!([0.0, 0.0, 0.0]);
         let factor = written.get("emissiveFactor").unwrap_or(&zero);
         same(
             "emissiveFactor",
             factor,
-            json!((material.emissive / strength).to_array()),
+            json!((emissive / strength).to_array()),
         )
     }
 

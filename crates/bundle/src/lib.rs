@@ -21,8 +21,8 @@ pub use error::{BundleError, ManifestError};
 pub use glb::{GlbTooLarge, cost, glb_from_scene};
 pub use manifest::{
     Body, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator, Impostor, LayerRecord,
-    LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SceneSource, Statistics, Technique,
-    VERSION, schema,
+    LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SCHEMA, SceneSource, Statistics,
+    Technique, VERSION,
 };
 pub use page::encode_png;
 pub use read::read;

@@ -176,10 +176,11 @@ impl Place {
         for entry in entries.flatten() {
             // A bake that runs holds the lock; where there are none, all may run.
             let is_folder = cfg!(unix) && entry.file_type().is_ok_and(|t| t.is_dir());
-            if is_folder && self.is_partial_name(&entry.file_name()) {
-                if let Some(_lock) = lock(&entry.path()) {
-                    let _ = fs::remove_dir_all(entry.path());
-                }
+            if is_folder
+                && self.is_partial_name(&entry.file_name())
+                && let Some(_lock) = lock(&entry.path())
+            {
+                let _ = fs::remove_dir_all(entry.path());
             }
         }
     }
