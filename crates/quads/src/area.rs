@@ -92,37 +92,42 @@ pub(crate) struct Line {
 
 /// Writes the rows of `area` to `lines`, from the top.
 pub(crate) fn read_lines(mask: &BitMask, area: Area, lines: &mut Vec<Line>) {
-    let words = area.left as usize / 64..(area.right as usize).div_ceil(64);
+    let first_word = area.left / 64;
+    let words = first_word as usize..(area.right as usize).div_ceil(64);
     let first_bits = u64::MAX << (area.left % 64);
     let last_bits = u64::MAX >> ((64 - area.right % 64) % 64);
     lines.clear();
-    lines.extend((area.top..area.bottom).map(|y| {
+    for y in area.top..area.bottom {
         let row = &mask.row(y as usize)[words.clone()];
         let mut line = Line {
             first: u32::MAX,
             end: 0,
             count: 0,
         };
-        for (i, &word) in row.iter().enumerate() {
-            let from_left = if i == 0 { first_bits } else { u64::MAX };
-            let to_right = if i + 1 == row.len() {
-                last_bits
-            } else {
-                u64::MAX
-            };
-            let word = word & from_left & to_right;
-            if word == 0 {
-                continue;
-            }
-            let x = (words.start + i) as u32 * 64;
-            if line.count == 0 {
-                line.first = x + word.trailing_zeros();
-            }
-            line.end = x + 64 - word.leading_zeros();
-            line.count += word.count_ones();
+        let last = row.len() - 1;
+        line.add(
+            row[0] & first_bits & if last == 0 { last_bits } else { u64::MAX },
+            first_word,
+        );
+        for i in 1..=last {
+            line.add(
+                row[i] & if i == last { last_bits } else { u64::MAX },
+                first_word + i as u32,
+            );
         }
-        line
-    }));
+        lines.push(line);
+    }
+}
+
+impl Line {
+    /// Adds the texels of word `index`, right of all so far.
+    fn add(&mut self, word: u64, index: u32) {
+        if word != 0 {
+            self.first = self.first.min(index * 64 + word.trailing_zeros());
+            self.end = index * 64 + 64 - word.leading_zeros();
+            self.count += word.count_ones();
+        }
+    }
 }
 
 /// The smallest area around the opaque texels of `area`, or `None` when it has none.

@@ -2,6 +2,7 @@
 
 use crate::area::{Area, shrink};
 use farfield_grid::{BitMask, Rect};
+use std::ops::Range;
 
 /// How boxes grow.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,12 +54,13 @@ pub fn grow_boxes(mask: &BitMask, growth: &Growth) -> Vec<Rect> {
         (0.0..=1.0).contains(&min_fill),
         "a fill ratio of {min_fill} is not between 0 and 1"
     );
-    let mut board = Board {
-        filled: blocks_from_texels(mask, block as usize),
-        taken: BitMask::empty(0, 0),
-    };
-    let (columns, rows) = (board.filled.width(), board.filled.height());
-    board.taken = BitMask::empty(columns, rows);
+    let filled = blocks_from_texels(mask, block as usize);
+    let (columns, rows) = (filled.width(), filled.height());
+    let mut free = BitMask::empty(columns, rows);
+    for y in 0..rows {
+        free.set_row(y, &vec![u64::MAX; free.words_per_row()]);
+    }
+    let mut board = Board { filled, free };
     let (width, height) = (mask.width() as u32, mask.height() as u32);
     let mut lines = Vec::new();
     let mut rects = Vec::new();
@@ -71,7 +73,8 @@ pub fn grow_boxes(mask: &BitMask, growth: &Growth) -> Vec<Rect> {
                 continue;
             }
             let grown = board.grow(word as u32 * 64 + bits.trailing_zeros(), y as u32, min_fill);
-            board.take(grown);
+            board.filled.remove_rect(grown.rect());
+            board.free.remove_rect(grown.rect());
             let texels = Area {
                 left: grown.left * block,
                 top: grown.top * block,
@@ -110,7 +113,7 @@ fn blocks_from_texels(mask: &BitMask, block: usize) -> BitMask {
 }
 
 /// Blocks beside a box.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Strip {
     filled: u32,
     /// Blocks that lie outside the mask or belong to an earlier box.
@@ -139,10 +142,10 @@ const STEPS: [(Side, Option<Side>); 8] = [
     (Right, Some(Down)),
 ];
 
-/// The blocks still to be covered and those of finished boxes.
+/// The blocks still to be covered, and all that belong to no finished box.
 struct Board {
     filled: BitMask,
-    taken: BitMask,
+    free: BitMask,
 }
 
 /// A box and what lies beside it; corners excluded.
@@ -153,15 +156,6 @@ struct Growing {
 }
 
 impl Board {
-    fn take(&mut self, area: Area) {
-        self.filled.remove_rect(area.rect());
-        for y in area.top..area.bottom {
-            for x in area.left..area.right {
-                self.taken.insert(x as usize, y as usize);
-            }
-        }
-    }
-
     /// The box that grows from block (x, y).
     fn grow(&self, x: u32, y: u32, min_fill: f64) -> Area {
         let area = Area {
@@ -269,24 +263,34 @@ impl Board {
             Up => (left..right, top - 1..top),
             Down => (left..right, bottom..bottom + 1),
         };
-        let mut strip = Strip::default();
-        for y in rows {
-            for x in columns.clone() {
-                let block = self.block(x, y);
-                strip.filled += block.filled;
-                strip.closed += block.closed;
-            }
-        }
-        strip
+        self.blocks(columns, rows)
     }
 
     fn block(&self, x: i64, y: i64) -> Strip {
-        let inside = (0..self.filled.width() as i64).contains(&x)
-            && (0..self.filled.height() as i64).contains(&y);
-        let (x, y) = (x as usize, y as usize);
+        self.blocks(x..x + 1, y..y + 1)
+    }
+
+    fn blocks(&self, columns: Range<i64>, rows: Range<i64>) -> Strip {
+        let all = ((columns.end - columns.start) * (rows.end - rows.start)) as u32;
+        let inside = columns.start >= 0
+            && columns.end <= self.filled.width() as i64
+            && rows.start >= 0
+            && rows.end <= self.filled.height() as i64;
+        if !inside {
+            return Strip {
+                filled: 0,
+                closed: all,
+            };
+        }
+        let rect = Rect {
+            x: columns.start as u32,
+            y: rows.start as u32,
+            width: (columns.end - columns.start) as u32,
+            height: (rows.end - rows.start) as u32,
+        };
         Strip {
-            filled: u32::from(inside && self.filled.contains(x, y)),
-            closed: u32::from(!inside || self.taken.contains(x, y)),
+            filled: self.filled.count_in(rect) as u32,
+            closed: all - self.free.count_in(rect) as u32,
         }
     }
 }

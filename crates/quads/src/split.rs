@@ -16,12 +16,44 @@ struct Side {
     opaque: u32,
 }
 
+impl Side {
+    const NONE: Self = Self {
+        area: Area {
+            left: u32::MAX,
+            top: u32::MAX,
+            right: 0,
+            bottom: 0,
+        },
+        opaque: 0,
+    };
+
+    /// Adds the opaque texels of row `y`.
+    fn add(&mut self, line: &Line, y: u32) {
+        if line.count > 0 {
+            self.area = self.area.join(&Area {
+                left: line.first,
+                top: y,
+                right: line.end,
+                bottom: y + 1,
+            });
+            self.opaque += line.count;
+        }
+    }
+
+    fn transposed(self) -> Self {
+        Self {
+            area: self.area.transposed(),
+            ..self
+        }
+    }
+}
+
 /// Buffers of a search, kept to be used again.
 #[derive(Default)]
 pub(crate) struct Scratch {
     rows: Vec<Line>,
     columns: Vec<Line>,
-    below: Vec<Option<Side>>,
+    below: Vec<Side>,
 }
 
 /// Which cuts of an area come into question.
@@ -40,7 +72,7 @@ const FREE_DEPTH: u32 = 32;
 /// How far the estimated cost of a side follows its bounds, in [0, 1]. The rest follows a lower
 /// bound on the cost of several rectangles. At 1 the cuts of a frame of thin lines are all alike
 /// and it is cut across, at 0.8 and less curved bands are torn to pieces.
-const TRUST: f64 = 0.9;
+const DISCOUNT: f64 = 0.1;
 
 /// The smallest cost of two rectangles or more around `opaque` texels that touch `rows` rows
 /// and `columns` columns: every texel is paid for once, every row by a rectangle's gutter left
@@ -67,37 +99,41 @@ impl Search<'_> {
     /// their cost. The area is cut where the two sides look cheapest, then these alike; on
     /// the way back, what is cheaper in one rectangle becomes one.
     pub(crate) fn split(&mut self, area: Area, out: &mut Vec<Area>) -> f64 {
-        self.split_at_depth(area, 0, out)
+        let opaque = self.sheet.rows.count_in(area.rect()) as u32;
+        self.split_side(Side { area, opaque }, 0, out)
     }
 
-    fn split_at_depth(&mut self, area: Area, depth: u32, out: &mut Vec<Area>) -> f64 {
-        let whole = self.cost_in_one(area);
-        let [Some([a, b]), ..] = self.best_cuts::<1>(area, whole, depth) else {
-            out.push(area);
-            return whole;
-        };
-        let start = out.len();
-        let parts = self.split_at_depth(a, depth + 1, out) + self.split_at_depth(b, depth + 1, out);
-        if whole <= parts {
-            out.truncate(start);
-            out.push(area);
-            return whole;
-        }
-        parts
-    }
-
-    /// Like `split`, but tries the `N` best first cuts.
+    /// Like `split`, but tries the `N` first cuts that look best.
     pub(crate) fn split_thoroughly<const N: usize>(&mut self, area: Area) -> (f64, Vec<Area>) {
+        let opaque = self.sheet.rows.count_in(area.rect()) as u32;
         let whole = self.cost_in_one(area);
         let mut best = (whole, vec![area]);
-        for [a, b] in self.best_cuts::<N>(area, whole, 0).into_iter().flatten() {
+        let cuts = self.best_cuts::<N>(Side { area, opaque }, whole, 0);
+        for [a, b] in cuts.into_iter().flatten() {
             let mut out = Vec::new();
-            let cost = self.split_at_depth(a, 1, &mut out) + self.split_at_depth(b, 1, &mut out);
+            let cost = self.split_side(a, 1, &mut out) + self.split_side(b, 1, &mut out);
             if cost < best.0 {
                 best = (cost, out);
             }
         }
         best
+    }
+
+    fn split_side(&mut self, side: Side, depth: u32, out: &mut Vec<Area>) -> f64 {
+        let whole = self.cost_in_one(side.area);
+        let [cut] = self.best_cuts::<1>(side, whole, depth);
+        let Some([a, b]) = cut else {
+            out.push(side.area);
+            return whole;
+        };
+        let start = out.len();
+        let parts = self.split_side(a, depth + 1, out) + self.split_side(b, depth + 1, out);
+        if whole <= parts {
+            out.truncate(start);
+            out.push(side.area);
+            return whole;
+        }
+        parts
     }
 
     /// Cost of one rectangle, infinite where it touches what is taken.
@@ -113,11 +149,21 @@ impl Search<'_> {
     /// than `whole`.
     fn best_cuts<const N: usize>(
         &mut self,
-        area: Area,
+        side: Side,
         whole: f64,
         depth: u32,
-    ) -> [Option<[Area; 2]>; N] {
+    ) -> [Option<[Side; 2]>; N] {
         let quad = self.quad;
+        let Side { area, opaque } = side;
+        // A row holds at most as many texels as it is wide, which settles most areas unread.
+        let (rows, columns) = (
+            opaque.div_ceil(area.width()),
+            opaque.div_ceil(area.height()),
+        );
+        if whole <= least_cost_of_several(opaque, rows, columns, quad) {
+            return [None; N];
+        }
+
         let Scratch {
             rows,
             columns,
@@ -126,9 +172,7 @@ impl Search<'_> {
         read_lines(&self.sheet.rows, area, rows);
         read_lines(&self.sheet.columns, area.transposed(), columns);
         self.work += (rows.len() + columns.len()) as u64;
-
         let filled = |lines: &[Line]| lines.iter().filter(|l| l.count > 0).count() as u32;
-        let opaque = rows.iter().map(|l| l.count).sum();
         if whole <= least_cost_of_several(opaque, filled(rows), filled(columns), quad) {
             return [None; N];
         }
@@ -139,30 +183,38 @@ impl Search<'_> {
             Reach::MiddleHalf
         };
         let mut best = [(f64::INFINITY, None); N];
-        let mut rank = |cost: f64, sides: [Area; 2]| {
-            if cost < best[N - 1].0 {
-                let place = best.partition_point(|b| b.0 <= cost);
-                best[place..].rotate_right(1);
-                best[place] = (cost, Some(sides));
-            }
-        };
-        for_each_cut(rows, area.top, reach, below, |a, b| {
-            rank(estimate(a, quad) + estimate(b, quad), [a.area, b.area]);
+        for_each_cut(rows, area.top, reach, below, |sides| {
+            rank(&mut best, estimate(sides, quad), sides);
         });
-        for_each_cut(columns, area.left, reach, below, |a, b| {
-            let sides = [a.area.transposed(), b.area.transposed()];
-            rank(estimate(a, quad) + estimate(b, quad), sides);
+        for_each_cut(columns, area.left, reach, below, |sides| {
+            rank(
+                &mut best,
+                estimate(sides, quad),
+                sides.map(Side::transposed),
+            );
         });
         best.map(|(_, sides)| sides)
     }
 }
 
-/// What a side will cost once it is cut further, by rule of thumb.
-fn estimate(side: Side, quad: f64) -> f64 {
-    let Side { area, opaque } = side;
-    let one = area.cost(quad);
-    let several = least_cost_of_several(opaque, area.height(), area.width(), quad);
-    TRUST * one + (1.0 - TRUST) * one.min(several)
+/// What two sides will cost once they are cut further, by rule of thumb, less what all
+/// cuts of an area have in common.
+fn estimate(sides: [Side; 2], quad: f64) -> f64 {
+    let [a, b] = sides.map(|Side { area, opaque }| {
+        let texels = f64::from(area.width()) * f64::from(area.height());
+        let gutter = 2.0 * f64::from(area.width() + area.height());
+        texels + gutter - DISCOUNT * (texels - f64::from(opaque) - 4.0 - quad).max(0.0)
+    });
+    a + b
+}
+
+/// Puts a cut in its place among the best so far, behind those of equal cost.
+fn rank<const N: usize>(best: &mut [(f64, Option<[Side; 2]>); N], cost: f64, sides: [Side; 2]) {
+    if cost < best[N - 1].0 {
+        let place = best.partition_point(|b| b.0 <= cost);
+        best[place..].rotate_right(1);
+        best[place] = (cost, Some(sides));
+    }
 }
 
 /// Calls `visit` with what lies above and below of every cut between `lines`, whose first is
@@ -172,57 +224,31 @@ fn for_each_cut(
     lines: &[Line],
     top: u32,
     reach: Reach,
-    below: &mut Vec<Option<Side>>,
-    mut visit: impl FnMut(Side, Side),
+    below: &mut Vec<Side>,
+    mut visit: impl FnMut([Side; 2]),
 ) {
     // From the last line up, what lies at and below each.
     below.clear();
-    below.resize(lines.len(), None);
-    let mut side = None;
+    below.resize(lines.len(), Side::NONE);
+    let mut side = Side::NONE;
     for (i, line) in lines.iter().enumerate().rev() {
-        side = with_line(side, line, top + i as u32);
+        side.add(line, top + i as u32);
         below[i] = side;
     }
     // From the first line down, what lies above.
-    let quarter = if reach == Reach::MiddleHalf {
-        lines.len() / 4
-    } else {
-        0
+    let quarter = match reach {
+        Reach::Anywhere => 0,
+        Reach::MiddleHalf => lines.len() / 4,
     };
-    let mut above: Option<Side> = None;
-    for (i, line) in lines.iter().enumerate() {
-        if line.count == 0 {
-            continue;
-        }
-        if let (Some(a), Some(b)) = (above, below[i])
+    let mut above = Side::NONE;
+    for (i, line) in lines.iter().enumerate().filter(|(_, l)| l.count > 0) {
+        // The gap between both sides must reach into the middle.
+        if above.opaque > 0
             && i >= quarter
-            && (a.area.bottom - top) as usize <= lines.len() - quarter
+            && (above.area.bottom - top) as usize + quarter <= lines.len()
         {
-            visit(a, b);
+            visit([above, below[i]]);
         }
-        above = with_line(above, line, top + i as u32);
+        above.add(line, top + i as u32);
     }
-}
-
-/// `side` and the opaque texels of row `y`.
-fn with_line(side: Option<Side>, line: &Line, y: u32) -> Option<Side> {
-    if line.count == 0 {
-        return side;
-    }
-    let area = Area {
-        left: line.first,
-        top: y,
-        right: line.end,
-        bottom: y + 1,
-    };
-    Some(match side {
-        None => Side {
-            area,
-            opaque: line.count,
-        },
-        Some(side) => Side {
-            area: side.area.join(&area),
-            opaque: side.opaque + line.count,
-        },
-    })
 }
