@@ -18,6 +18,15 @@ pub enum SceneChoice {
     File(PathBuf),
 }
 
+impl std::fmt::Display for SceneChoice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::House => f.write_str("the built-in house"),
+            Self::File(path) => path.display().fmt(f),
+        }
+    }
+}
+
 impl SceneChoice {
     /// A short name, for the bundle's folder.
     pub(crate) fn name(&self) -> String {
@@ -58,7 +67,7 @@ pub(crate) fn load(choice: &SceneChoice, exclude: &[String]) -> Result<Loaded> {
         let before = objects.len();
         objects.retain(|object| object.name != *name);
         if objects.len() == before {
-            bail!("--exclude {name}: no object has this name; names are those of the file's nodes");
+            bail!("{choice}: no object has the name '{name}' given with --exclude");
         }
     }
     Ok(loaded)

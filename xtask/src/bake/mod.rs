@@ -5,7 +5,7 @@ pub mod layered;
 use crate::console::{Console, peak_rss_bytes};
 use crate::source::{self, SceneChoice};
 use crate::view_cell::{self, ViewCellSpec};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use farfield_bundle::{
     Body, Cost, FORMAT, Foliage, GLTF_FILE, Generator, Manifest, NewFile, Options, Promise,
     Statistics, Technique, VERSION, encode_png, glb_from_scene,
@@ -96,7 +96,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 
     let loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
     let scene = &loaded.scene;
-    let represented = view_cell::represented_box(scene)?;
+    let represented =
+        view_cell::represented_box(scene).with_context(|| options.scene.to_string())?;
     let camera = PromisedCamera {
         fov: options.fov_degrees.to_radians(),
         resolution: options.resolution,
