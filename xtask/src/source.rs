@@ -3,7 +3,6 @@
 use anyhow::{Context, Result, bail};
 use farfield_bundle::SceneSource;
 use farfield_scene::Scene;
-use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// The seed of the built-in house's textures.
@@ -134,10 +133,7 @@ pub(crate) fn find(
 
 fn sha256_of_file(path: &Path) -> Result<String> {
     let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-    Ok(Sha256::digest(&bytes)
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect())
+    Ok(farfield_bundle::sha256_hex(&bytes))
 }
 
 /// A path with the symbolic links of its existing part followed: what "..", seen from there, means.

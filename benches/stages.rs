@@ -1,0 +1,66 @@
+//! The stages of a bake, one by one.
+
+use crate::models::Layered;
+use criterion::{Criterion, Throughput};
+use farfield_atlas::pack;
+use farfield_quads::{Price, cover};
+use farfield_sampling::{Textures, rasterize};
+use farfield_views::Camera;
+use std::hint::black_box;
+use xtask::layered::{record_layers, visible_texels};
+
+/// Measures each stage on each model; the bounds are triangles and texels touched, so throughput
+/// is given in those.
+pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
+    for model in models {
+        let (scene, stack) = (&model.scene, &model.stack);
+        let textures = Textures::new(scene);
+        let recording = record_layers(scene, &textures, stack, &model.cell);
+
+        let mut group = criterion.benchmark_group("sampling");
+        group.sample_size(20).throughput(Throughput::Elements(scene.drawn_triangles()));
+        let [min, max] = scene.bounds().expect("the scene has triangles");
+        let camera = Camera::looking_at(
+            model.cell.center(),
+            (min + max) / 2.0,
+            45f64.to_radians(),
+            512,
+        );
+        group.bench_function(format!("rasterize/{}/512", model.name), |bencher| {
+            bencher.iter(|| black_box(rasterize(scene, &textures, &camera)));
+        });
+        group.throughput(Throughput::Elements(recording.samples.len() as u64));
+        group.bench_function(format!("record/{}/512", model.name), |bencher| {
+            bencher.iter(|| black_box(record_layers(scene, &textures, stack, &model.cell)));
+        });
+        group.finish();
+
+        let mut group = criterion.benchmark_group("culling");
+        let texels = u64::from(stack.width) * u64::from(stack.height) * stack.layers.len() as u64;
+        group.sample_size(20).throughput(Throughput::Elements(texels));
+        group.bench_function(format!("visible_texels/{}/512", model.name), |bencher| {
+            bencher.iter(|| black_box(visible_texels(&recording, stack.width, stack.height)));
+        });
+        group.finish();
+
+        let mut group = criterion.benchmark_group("quads");
+        group.sample_size(20).throughput(Throughput::Elements(texels));
+        let grow = || {
+            let rects = model.visible.iter().flat_map(|mask| cover(mask, &Price::default()));
+            rects.collect::<Vec<_>>()
+        };
+        group.bench_function(format!("cover/{}/512", model.name), |bencher| {
+            bencher.iter(|| black_box(grow()));
+        });
+        group.finish();
+
+        let sizes: Vec<[u32; 2]> =
+            grow().iter().map(|rect| [rect.width + 2, rect.height + 2]).collect();
+        let mut group = criterion.benchmark_group("atlas");
+        group.sample_size(20).throughput(Throughput::Elements(sizes.len() as u64));
+        group.bench_function(format!("pack/{}/512", model.name), |bencher| {
+            bencher.iter(|| black_box(pack(&sizes, 4096)));
+        });
+        group.finish();
+    }
+}
