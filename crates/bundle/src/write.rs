@@ -7,6 +7,7 @@ use crate::{BundleError, ManifestError};
 use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -151,23 +152,19 @@ impl Place {
 
     /// Makes and locks a folder beside the bundle's.
     fn make_partial(&self) -> Result<Partial, BundleError> {
-        // A name that is taken belongs to a bake that runs or to one that could not be removed.
-        for number in 0..1000 {
+        loop {
+            // A name that no other bake has or had, also in another thread: folders are removed by
+            // name. The standard library's hash keys are random.
+            let number = RandomState::new().build_hasher().finish();
             let mut name = self.prefix.clone();
-            name.push(format!("{}-{number}", std::process::id()));
+            name.push(format!("{number:016x}"));
             let path = self.parent.join(name);
-            match fs::create_dir(&path) {
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
-                result => result.map_err(failed("make folder", &path))?,
-            }
+            fs::create_dir(&path).map_err(failed("make folder", &path))?;
             // Without the lock, another bake took it for a leftover and removes it.
             if let Some(lock) = lock(&path) {
                 return Ok(Partial { path, _lock: lock });
             }
         }
-        Err(failed("make a folder beside", &self.dir)(
-            io::ErrorKind::AlreadyExists.into(),
-        ))
     }
 
     /// Removes the folders that bakes of this bundle left when they were killed.
@@ -188,7 +185,7 @@ impl Place {
     fn is_partial_name(&self, name: &OsStr) -> bool {
         name.as_encoded_bytes()
             .strip_prefix(self.prefix.as_encoded_bytes())
-            .is_some_and(|rest| rest.iter().all(|c| c.is_ascii_digit() || *c == b'-'))
+            .is_some_and(|rest| rest.len() >= 16 && rest[..16].iter().all(u8::is_ascii_hexdigit))
     }
 }
 
@@ -246,18 +243,45 @@ impl Drop for MadeFolders {
 
 /// Checks that `dir` does not exist, is empty, or holds a bundle.
 fn require_replaceable(dir: &Path) -> Result<(), BundleError> {
-    let empty = match fs::read_dir(dir) {
-        Ok(mut entries) => entries.next().is_none(),
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(e) if e.kind() == io::ErrorKind::NotADirectory => false,
-        Err(e) => return Err(failed("read", dir)(e)),
-    };
-    match empty || is_bundle(dir)? {
-        true => Ok(()),
-        false => Err(BundleError::Foreign {
-            dir: dir.to_owned(),
-        }),
+    loop {
+        let before = identity(dir);
+        let replaceable = is_replaceable(dir);
+        match replaceable {
+            Ok(true) => return Ok(()),
+            // Another bake replaced and removed the folder while it was looked at.
+            _ if identity(dir) != before => {}
+            Ok(false) => {
+                return Err(BundleError::Foreign {
+                    dir: dir.to_owned(),
+                });
+            }
+            Err(e) => return Err(e),
+        }
     }
+}
+
+fn is_replaceable(dir: &Path) -> Result<bool, BundleError> {
+    match fs::read_dir(dir) {
+        Ok(mut entries) => Ok(entries.next().is_none() || is_bundle(dir)?),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(true),
+        Err(e) if e.kind() == io::ErrorKind::NotADirectory => Ok(false),
+        Err(e) => Err(failed("read", dir)(e)),
+    }
+}
+
+/// What changes when another folder comes into the place of `dir`.
+#[cfg(unix)]
+fn identity(dir: &Path) -> Option<[i64; 3]> {
+    use std::os::unix::fs::MetadataExt;
+    let found = fs::metadata(dir).ok()?;
+    // A number may be used again at once, but not at the same time.
+    Some([found.ino() as i64, found.ctime(), found.ctime_nsec()])
+}
+
+/// Not known.
+#[cfg(not(unix))]
+fn identity(_: &Path) -> Option<[i64; 3]> {
+    None
 }
 
 fn parent_and_name(dir: &Path) -> Result<(&Path, &OsStr), BundleError> {
@@ -512,22 +536,22 @@ mod tests {
         let parent = tempfile::tempdir().unwrap();
         let dir = |name: &str| parent.path().join(name);
         let names = [
-            ".new.farfield-1-0",
-            ".new.farfield-1-0-0",
-            ".new.farfield-2-0",
-            ".newer.farfield-1-0",
-            ".new.farfield-notes",
+            ".new.farfield-0123456789abcdef",
+            ".new.farfield-0123456789abcdef-0",
+            ".new.farfield-0123456789abcdee",
+            ".newer.farfield-0123456789abcdef",
+            ".new.farfield-for-the-records",
         ];
         for name in names {
             fs::create_dir(dir(name)).unwrap();
             fs::write(dir(name).join("part"), "").unwrap();
         }
-        fs::write(dir(".new.farfield-3-0"), "a file").unwrap();
-        let _running = lock(&dir(".new.farfield-2-0")).unwrap();
+        fs::write(dir(".new.farfield-0123456789abcded"), "a file").unwrap();
+        let _running = lock(&dir(names[2])).unwrap();
         write(&dir("new"), &sample(), &sample_files()).unwrap();
         let exists = names.map(|name| dir(name).exists());
         assert_eq!(exists, [false, false, true, true, true]);
-        assert!(dir(".new.farfield-3-0").exists());
+        assert!(dir(".new.farfield-0123456789abcded").exists());
     }
 
     /// Bakes of the same folder at the same time do not disturb each other: one of them comes last,
