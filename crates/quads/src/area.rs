@@ -104,16 +104,14 @@ pub(crate) fn read_lines(mask: &BitMask, area: Area, lines: &mut Vec<Line>) {
             end: 0,
             count: 0,
         };
-        let last = row.len() - 1;
-        line.add(
-            row[0] & first_bits & if last == 0 { last_bits } else { u64::MAX },
-            first_word,
-        );
-        for i in 1..=last {
-            line.add(
-                row[i] & if i == last { last_bits } else { u64::MAX },
-                first_word + i as u32,
-            );
+        for (i, &word) in row.iter().enumerate() {
+            let from_left = if i == 0 { first_bits } else { u64::MAX };
+            let to_right = if i + 1 == row.len() {
+                last_bits
+            } else {
+                u64::MAX
+            };
+            line.add(word & from_left & to_right, first_word + i as u32);
         }
         lines.push(line);
     }
@@ -182,5 +180,56 @@ fn transpose_tile(tile: &mut [u64; 64]) {
         }
         size /= 2;
         low ^= low << size;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::masks;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Texel (x, y) of the mask is texel (y, x) of the transposed one.
+        #[test]
+        fn transposing_exchanges_rows_and_columns(mask in masks()) {
+            let transposed = transpose(&mask);
+            prop_assert_eq!((transposed.width(), transposed.height()), (mask.height(), mask.width()));
+            let mut expected: Vec<_> = mask.iter().map(|(x, y)| (y, x)).collect();
+            expected.sort_by_key(|&(x, y)| (y, x));
+            prop_assert_eq!(transposed.iter().collect::<Vec<_>>(), expected);
+        }
+
+        /// Lines and tight bounds agree with looking at every texel of the area.
+        #[test]
+        fn lines_agree_with_single_texels(mask in masks(), f in any::<[u32; 4]>()) {
+            let (w, h) = (mask.width() as u32, mask.height() as u32);
+            let (left, top) = (f[0] % w, f[1] % h);
+            let area = Area {
+                left,
+                top,
+                right: left + 1 + f[2] % (w - left),
+                bottom: top + 1 + f[3] % (h - top),
+            };
+            let mut lines = Vec::new();
+            let shrunk = shrink(&mask, area, &mut lines);
+            prop_assert_eq!(lines.len(), area.height() as usize);
+            let inside: Vec<(u32, u32)> = mask
+                .iter()
+                .map(|(x, y)| (x as u32, y as u32))
+                .filter(|&(x, y)| area.rect().contains(x, y))
+                .collect();
+            for (line, y) in lines.iter().zip(top..) {
+                let xs: Vec<u32> = inside.iter().filter(|t| t.1 == y).map(|t| t.0).collect();
+                prop_assert_eq!(line.count as usize, xs.len());
+                prop_assert_eq!(line.first, xs.first().copied().unwrap_or(u32::MAX));
+                prop_assert_eq!(line.end, xs.last().map_or(0, |x| x + 1));
+            }
+            let bounds = inside
+                .iter()
+                .map(|&(x, y)| Area { left: x, top: y, right: x + 1, bottom: y + 1 })
+                .reduce(|a, b| a.join(&b));
+            prop_assert_eq!(shrunk, bounds);
+        }
     }
 }

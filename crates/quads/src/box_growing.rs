@@ -294,3 +294,186 @@ impl Board {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{check_rects, mask_where, masks};
+    use proptest::prelude::*;
+
+    fn growths() -> impl Strategy<Value = Growth> {
+        let block = prop_oneof![1..10u32, Just(64), Just(700), Just(u32::MAX)];
+        let min_fill = prop_oneof![Just(0.0), Just(0.8), Just(1.0), 0.0..=1.0f64];
+        (block, min_fill).prop_map(|(block, min_fill)| Growth { block, min_fill })
+    }
+
+    /// The same algorithm on arrays of bools, every count taken anew.
+    fn grow_boxes_slowly(mask: &BitMask, growth: &Growth) -> Vec<Rect> {
+        let block = growth.block as usize;
+        let columns = mask.width().div_ceil(block) as i64;
+        let rows = mask.height().div_ceil(block) as i64;
+        let mut filled = vec![false; (columns * rows) as usize];
+        for (x, y) in mask.iter() {
+            filled[y / block * columns as usize + x / block] = true;
+        }
+        let mut free = vec![true; filled.len()];
+        let mut rects = Vec::new();
+        while let Some(seed) = filled.iter().position(|&f| f) {
+            let (x, y) = (seed as i64 % columns, seed as i64 / columns);
+            let count = |[l, t, r, b]: [i64; 4], of: &[bool]| {
+                (t..b)
+                    .flat_map(|y| (l..r).map(move |x| (y * columns + x) as usize))
+                    .filter(|&i| of[i])
+                    .count() as i64
+            };
+            let size = |[l, t, r, b]: [i64; 4]| (r - l) * (b - t);
+            let mut grown = [x, y, x + 1, y + 1];
+            loop {
+                let [l, t, r, b] = grown;
+                // The first of several best ones: largest share, then smallest addition.
+                let best = [
+                    [l - 1, t, r, b],
+                    [l, t, r + 1, b],
+                    [l, t - 1, r, b],
+                    [l, t, r, b + 1],
+                    [l - 1, t - 1, r, b],
+                    [l, t - 1, r + 1, b],
+                    [l - 1, t, r, b + 1],
+                    [l, t, r + 1, b + 1],
+                ]
+                .into_iter()
+                .filter(|&[l, t, r, b]| l >= 0 && t >= 0 && r <= columns && b <= rows)
+                .filter(|&next| count(next, &free) == size(next))
+                .map(|next| {
+                    (
+                        count(next, &filled) - count(grown, &filled),
+                        size(next) - size(grown),
+                        next,
+                    )
+                })
+                .filter(|&(added, ..)| added > 0)
+                .min_by(|a, b| (b.0 * a.1).cmp(&(a.0 * b.1)).then(a.1.cmp(&b.1)));
+                let Some((.., next)) = best else { break };
+                if (count(next, &filled) as f64) < growth.min_fill * size(next) as f64 {
+                    break;
+                }
+                grown = next;
+            }
+            let [l, t, r, b] = grown;
+            let texels: Vec<_> = mask
+                .iter()
+                .filter(|(x, y)| {
+                    let (x, y) = ((x / block) as i64, (y / block) as i64);
+                    (l..r).contains(&x) && (t..b).contains(&y)
+                })
+                .collect();
+            let mut own = BitMask::empty(mask.width(), mask.height());
+            texels.iter().for_each(|&(x, y)| own.insert(x, y));
+            rects.extend(own.bounds());
+            for i in (t..b).flat_map(|y| (l..r).map(move |x| (y * columns + x) as usize)) {
+                filled[i] = false;
+                free[i] = false;
+            }
+        }
+        rects
+    }
+
+    proptest! {
+        /// Every opaque texel is in exactly one rectangle; these are disjoint and tight.
+        #[test]
+        fn every_opaque_texel_is_in_exactly_one_rectangle(mask in masks(), growth in growths()) {
+            check_rects(&mask, &grow_boxes(&mask, &growth)).map_err(TestCaseError::fail)?;
+        }
+
+        /// Counting only what a step changes finds the boxes that counting everything finds.
+        #[test]
+        fn boxes_are_those_of_the_slow_algorithm(mask in masks(), growth in growths()) {
+            // Slow is cubic; small masks take all the turns there are.
+            let mask = mask_where(mask.width().min(34), mask.height().min(34), |x, y| mask.contains(x, y));
+            prop_assert_eq!(grow_boxes(&mask, &growth), grow_boxes_slowly(&mask, &growth));
+        }
+
+        /// With blocks of one texel, opaque texels make up at least `min_fill` of every box.
+        #[test]
+        fn boxes_of_single_texels_keep_the_fill_ratio(mask in masks(), min_fill in 0.0..=1.0f64) {
+            for rect in grow_boxes(&mask, &Growth { block: 1, min_fill }) {
+                prop_assert!(mask.count_in(rect) as f64 >= min_fill * rect.area() as f64);
+            }
+        }
+
+        /// A block as large as the mask gives its bounds.
+        #[test]
+        fn one_large_block_gives_one_rectangle(mask in masks()) {
+            let growth = Growth { block: mask.width().max(mask.height()) as u32, ..Growth::default() };
+            let bounds: Vec<_> = mask.bounds().into_iter().collect();
+            prop_assert_eq!(grow_boxes(&mask, &growth), bounds);
+        }
+    }
+
+    #[test]
+    fn a_box_grows_along_a_diagonal() {
+        let mask = mask_where(4, 4, |x, y| x == y);
+        let half = Growth {
+            block: 1,
+            min_fill: 0.5,
+        };
+        // Two of four blocks are half; three of nine would be less.
+        assert_eq!(grow_boxes(&mask, &half).len(), 2);
+        assert_eq!(
+            grow_boxes(
+                &mask,
+                &Growth {
+                    min_fill: 0.0,
+                    ..half
+                }
+            )
+            .len(),
+            1
+        );
+        assert_eq!(
+            grow_boxes(
+                &mask,
+                &Growth {
+                    min_fill: 0.8,
+                    ..half
+                }
+            )
+            .len(),
+            4
+        );
+    }
+
+    #[test]
+    fn a_mask_without_texels_has_no_boxes() {
+        for (width, height) in [(0, 0), (0, 5), (5, 0), (70, 70)] {
+            assert_eq!(
+                grow_boxes(&BitMask::empty(width, height), &Growth::default()),
+                []
+            );
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "blocks have no texels")]
+    fn blocks_without_texels_are_refused() {
+        grow_boxes(
+            &BitMask::empty(1, 1),
+            &Growth {
+                block: 0,
+                min_fill: 0.8,
+            },
+        );
+    }
+
+    #[test]
+    #[should_panic(expected = "a fill ratio of NaN")]
+    fn a_fill_ratio_that_is_no_number_is_refused() {
+        grow_boxes(
+            &BitMask::empty(1, 1),
+            &Growth {
+                block: 1,
+                min_fill: f64::NAN,
+            },
+        );
+    }
+}

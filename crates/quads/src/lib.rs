@@ -5,6 +5,8 @@ mod box_growing;
 mod cover;
 mod price;
 mod rework;
+#[cfg(test)]
+mod shapes;
 mod split;
 
 pub use box_growing::{Growth, grow_boxes};

@@ -223,3 +223,64 @@ impl<'a> State<'a> {
         rows.flat_map(move |y| columns.clone().map(move |x| (y * per_row + x) as usize))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{check_rects, mask_where, masks};
+    use crate::{Growth, grow_boxes};
+    use proptest::prelude::*;
+
+    proptest! {
+        /// From any rectangles on, the texels stay covered once and the cost never rises.
+        #[test]
+        fn reworking_never_costs_more(mask in masks(), block in 1..20u32, min_fill in 0.0..=1.0f64, quad in 0.0..999.0f64) {
+            let before = grow_boxes(&mask, &Growth { block, min_fill });
+            let before: Vec<_> = before.into_iter().map(Area::from_rect).collect();
+            let cost = |areas: &[Area]| areas.iter().map(|a| a.cost(quad)).sum::<f64>();
+            let after = rework(&mask, quad, before.clone());
+            prop_assert!(cost(&after) <= cost(&before));
+            let rects: Vec<_> = after.into_iter().map(Area::rect).collect();
+            check_rects(&mask, &rects).map_err(TestCaseError::fail)?;
+        }
+
+        /// The cut-out mask holds the members' texels and no others.
+        #[test]
+        fn cutting_out_agrees_with_single_texels(mask in masks(), block in 1..20u32, pick in any::<[prop::sample::Index; 3]>()) {
+            let areas = grow_boxes(&mask, &Growth { block, min_fill: 0.5 });
+            if areas.is_empty() {
+                return Ok(());
+            }
+            let members = pick.map(|i| Area::from_rect(*i.get(&areas)));
+            let window = members.iter().fold(members[0], |w, a| w.join(a));
+            let expected = mask_where(window.width() as usize, window.height() as usize, |x, y| {
+                let (x, y) = (x as u32 + window.left, y as u32 + window.top);
+                mask.contains(x as usize, y as usize) && members.iter().any(|a| a.rect().contains(x, y))
+            });
+            prop_assert_eq!(cut_out(&mask, window, &members), expected);
+        }
+
+        /// Looking areas up by cells finds those that touch the window, as looking at all does.
+        #[test]
+        fn looking_up_finds_what_touches(mask in masks(), block in 1..20u32, f in any::<[u8; 4]>()) {
+            let areas = grow_boxes(&mask, &Growth { block, min_fill: 0.5 });
+            let areas: Vec<_> = areas.into_iter().map(Area::from_rect).collect();
+            let [left, top, width, height] = f.map(u32::from);
+            let window = Area { left, top, right: left + 1 + width, bottom: top + 1 + height };
+            let expected: Vec<_> = (0..areas.len()).filter(|&i| areas[i].meets(&window)).collect();
+            prop_assert_eq!(State::new(&mask, areas).touching(window), expected);
+        }
+    }
+
+    #[test]
+    fn pieces_of_a_bar_are_joined() {
+        let bar = mask_where(100, 3, |_, _| true);
+        let pieces = (0..10).map(|i| Area {
+            left: 10 * i,
+            top: 0,
+            right: 10 * i + 10,
+            bottom: 3,
+        });
+        assert_eq!(rework(&bar, 0.0, pieces.collect()).len(), 1);
+    }
+}

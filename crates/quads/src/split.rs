@@ -10,7 +10,7 @@ pub(crate) struct Sheet {
 }
 
 /// The tight area of one side of a cut and its number of opaque texels.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Side {
     area: Area,
     opaque: u32,
@@ -250,5 +250,110 @@ fn for_each_cut(
             visit([above, below[i]]);
         }
         above.add(line, top + i as u32);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::area::transpose;
+    use crate::shapes::{check_rects, masks};
+    use proptest::prelude::*;
+
+    fn lines_of(mask: &BitMask) -> Vec<Line> {
+        let mut lines = Vec::new();
+        read_lines(mask, whole(mask), &mut lines);
+        lines
+    }
+
+    fn whole(mask: &BitMask) -> Area {
+        Area {
+            left: 0,
+            top: 0,
+            right: mask.width() as u32,
+            bottom: mask.height() as u32,
+        }
+    }
+
+    /// The tight areas and texels of the rows above and from `y` on, texel by texel.
+    fn sides_at(mask: &BitMask, y: u32) -> [Side; 2] {
+        let mut sides = [Side::NONE; 2];
+        for (x, row) in mask.iter().map(|(x, y)| (x as u32, y as u32)) {
+            let texel = Line {
+                first: x,
+                end: x + 1,
+                count: 1,
+            };
+            sides[usize::from(row >= y)].add(&texel, row);
+        }
+        sides
+    }
+
+    proptest! {
+        /// The sides of every cut are tight; there is one cut for every gap.
+        #[test]
+        fn cuts_agree_with_single_texels(mask in masks()) {
+            let mut found = Vec::new();
+            let lines = lines_of(&mask);
+            for_each_cut(&lines, 0, Reach::Anywhere, &mut Vec::new(), |sides| found.push(sides));
+            let expected: Vec<_> = (1..mask.height() as u32)
+                .filter(|&y| lines[y as usize].count > 0)
+                .map(|y| sides_at(&mask, y))
+                .filter(|sides| sides[0].opaque > 0)
+                .collect();
+            prop_assert_eq!(found, expected);
+        }
+
+        /// In the middle half neither side keeps more than three quarters of the lines, rounded
+        /// up, and an area that begins and ends with opaque texels has such a cut.
+        #[test]
+        fn cuts_in_the_middle_half_shorten_both_sides(mask in masks()) {
+            let Some(bounds) = mask.bounds() else { return Ok(()) };
+            let area = Area::from_rect(bounds);
+            let mut lines = Vec::new();
+            read_lines(&mask, area, &mut lines);
+            let most = area.height() - area.height() / 4;
+            let mut cuts = 0;
+            for_each_cut(&lines, area.top, Reach::MiddleHalf, &mut Vec::new(), |[a, b]| {
+                cuts += 1;
+                assert!(a.area.height() <= most && b.area.height() <= most);
+            });
+            prop_assert!(cuts > 0 || area.height() == 1);
+        }
+
+        /// At whatever depth the search begins, it covers every opaque texel once, and its cost
+        /// is that of its areas.
+        #[test]
+        fn splitting_covers_every_opaque_texel_once(mask in masks(), deep in any::<bool>(), quad in 0.0..99.0f64) {
+            let Some(bounds) = mask.bounds() else { return Ok(()) };
+            let sheet = Sheet { columns: transpose(&mask), rows: mask.clone() };
+            let scratch = &mut Scratch::default();
+            let mut search = Search { sheet: &sheet, taken: &[], quad, scratch, work: 0 };
+            let side = Side { area: Area::from_rect(bounds), opaque: mask.count() as u32 };
+            let mut out = Vec::new();
+            let cost = search.split_side(side, if deep { FREE_DEPTH } else { 0 }, &mut out);
+            let sum: f64 = out.iter().map(|a| a.cost(quad)).sum();
+            // Sums of at most 1e4 terms in another order, each rounded by 1e-16 of the sum.
+            prop_assert!((cost - sum).abs() <= 1e-12 * sum);
+            let rects: Vec<_> = out.into_iter().map(Area::rect).collect();
+            check_rects(&mask, &rects).map_err(TestCaseError::fail)?;
+        }
+
+        /// No cover by several rectangles costs less than the bound says.
+        #[test]
+        fn several_rectangles_never_cost_less_than_their_bound(mask in masks(), quad in 0.0..99.0f64) {
+            let filled = |lines: &[Line]| lines.iter().filter(|l| l.count > 0).count() as u32;
+            let rows = filled(&lines_of(&mask));
+            let columns = filled(&lines_of(&transpose(&mask)));
+            for block in [1, 3, 8] {
+                let growth = crate::Growth { block, min_fill: 1.0 };
+                let rects = crate::grow_boxes(&mask, &growth);
+                if rects.len() > 1 {
+                    let cost: f64 = rects.iter().map(|&r| Area::from_rect(r).cost(quad)).sum();
+                    let bound = least_cost_of_several(mask.count() as u32, rows, columns, quad);
+                    prop_assert!(cost >= bound * (1.0 - 1e-12));
+                }
+            }
+        }
     }
 }
