@@ -15,7 +15,7 @@ type Fits = fn(&Sizes, [u32; 2]) -> bool;
 /// from high to low, and a square page whose side, a multiple of 4, is found by bisection:
 /// the smallest on which they all fit. Their time is that of the successful run alone.
 #[expect(clippy::print_stdout, reason = "a table to read")]
-pub fn table(sets: &[(String, Vec<[u32; 2]>)]) {
+pub(crate) fn table(sets: &[(String, Vec<[u32; 2]>)]) {
     println!("set | n | packer | fill, % | time, ms");
     println!("--- | --- | --- | --- | ---");
     for (name, sizes) in sets {

@@ -18,7 +18,9 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         let recording = record_layers(scene, &textures, stack, &model.cell);
 
         let mut group = criterion.benchmark_group("sampling");
-        group.sample_size(20).throughput(Throughput::Elements(scene.drawn_triangles()));
+        group
+            .sample_size(20)
+            .throughput(Throughput::Elements(scene.drawn_triangles()));
         let [min, max] = scene.bounds().expect("the scene has triangles");
         let camera = Camera::looking_at(
             model.cell.center(),
@@ -37,16 +39,23 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
 
         let mut group = criterion.benchmark_group("culling");
         let texels = u64::from(stack.width) * u64::from(stack.height) * stack.layers.len() as u64;
-        group.sample_size(20).throughput(Throughput::Elements(texels));
+        group
+            .sample_size(20)
+            .throughput(Throughput::Elements(texels));
         group.bench_function(format!("visible_texels/{}/512", model.name), |bencher| {
             bencher.iter(|| black_box(visible_texels(&recording, stack.width, stack.height)));
         });
         group.finish();
 
         let mut group = criterion.benchmark_group("quads");
-        group.sample_size(20).throughput(Throughput::Elements(texels));
+        group
+            .sample_size(20)
+            .throughput(Throughput::Elements(texels));
         let grow = || {
-            let rects = model.visible.iter().flat_map(|mask| cover(mask, &Price::default()));
+            let rects = model
+                .visible
+                .iter()
+                .flat_map(|mask| cover(mask, &Price::default()));
             rects.collect::<Vec<_>>()
         };
         group.bench_function(format!("cover/{}/512", model.name), |bencher| {
@@ -54,10 +63,14 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         });
         group.finish();
 
-        let sizes: Vec<[u32; 2]> =
-            grow().iter().map(|rect| [rect.width + 2, rect.height + 2]).collect();
+        let sizes: Vec<[u32; 2]> = grow()
+            .iter()
+            .map(|rect| [rect.width + 2, rect.height + 2])
+            .collect();
         let mut group = criterion.benchmark_group("atlas");
-        group.sample_size(20).throughput(Throughput::Elements(sizes.len() as u64));
+        group
+            .sample_size(20)
+            .throughput(Throughput::Elements(sizes.len() as u64));
         group.bench_function(format!("pack/{}/512", model.name), |bencher| {
             bencher.iter(|| black_box(pack(&sizes, 4096)));
         });

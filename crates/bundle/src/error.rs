@@ -7,14 +7,14 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum BundleError {
     /// The operating system refused.
-    #[error("cannot {doing} {}: {source}", path.display())]
+    #[error("cannot {doing} {}: {error}", path.display())]
     Io {
         /// What was tried: "write", "read", ...
         doing: &'static str,
         /// With what.
         path: PathBuf,
         /// What the operating system says.
-        source: io::Error,
+        error: io::Error,
     },
     /// The output is not the name of a folder, such as "/" or "..".
     #[error("{} does not name a folder for a bundle; give a path that ends in a name", dir.display())]
@@ -38,12 +38,12 @@ pub enum BundleError {
         dir: PathBuf,
     },
     /// The manifest is not JSON, or not that of a bundle.
-    #[error("{}: {source}; bake the bundle again", path.display())]
+    #[error("{}: {error}; bake the bundle again", path.display())]
     Json {
         /// The manifest.
         path: PathBuf,
         /// What is wrong, with line and column.
-        source: serde_json::Error,
+        error: serde_json::Error,
     },
     /// The manifest is that of something else.
     #[error("{}: the format is {found:?}, expected \"farfield-bundle\"", path.display())]
@@ -67,12 +67,12 @@ pub enum BundleError {
         known: u32,
     },
     /// The manifest contradicts itself.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     Manifest {
         /// The manifest.
         path: PathBuf,
         /// What is wrong.
-        source: ManifestError,
+        error: ManifestError,
     },
     /// A file is larger than it can be.
     #[error("{} has more than {limit} bytes; bake the bundle again", path.display())]

@@ -26,4 +26,4 @@ pub use manifest::{
 };
 pub use page::encode_png;
 pub use read::read;
-pub use write::{NewFile, write};
+pub use write::{NewFile, require_replaceable, write};

@@ -36,9 +36,9 @@ pub fn read(dir: &Path) -> Result<Manifest, BundleError> {
 
 /// Parses and checks the text of the manifest at `path`.
 fn parse(path: &Path, text: &[u8]) -> Result<Manifest, BundleError> {
-    let json = |source| BundleError::Json {
+    let json = |error| BundleError::Json {
         path: path.to_owned(),
-        source,
+        error,
     };
     // First what tells whether the rest can be understood.
     let header: Header = serde_json::from_slice(text).map_err(json)?;
@@ -56,9 +56,9 @@ fn parse(path: &Path, text: &[u8]) -> Result<Manifest, BundleError> {
         });
     }
     let manifest: Manifest = serde_json::from_slice(text).map_err(json)?;
-    let invalid = |source: ManifestError| BundleError::Manifest {
+    let invalid = |error: ManifestError| BundleError::Manifest {
         path: path.to_owned(),
-        source,
+        error,
     };
     manifest.check().map_err(invalid)?;
     let actual = std::str::from_utf8(text)
@@ -88,10 +88,10 @@ pub(crate) fn is_bundle(dir: &Path) -> Result<bool, BundleError> {
 /// The bytes of the folder's manifest, or `None` where it has none.
 fn read_manifest_text(dir: &Path) -> Result<Option<Vec<u8>>, BundleError> {
     let path = dir.join(MANIFEST_FILE);
-    let failed = |source| BundleError::Io {
+    let failed = |error| BundleError::Io {
         doing: "read",
         path: path.clone(),
-        source,
+        error,
     };
     match fs::metadata(&path) {
         Ok(found) if found.is_file() => {}
@@ -115,10 +115,10 @@ fn read_manifest_text(dir: &Path) -> Result<Option<Vec<u8>>, BundleError> {
 /// Checks that a listed file is there, of the right size and content.
 fn check_file(dir: &Path, record: &FileRecord) -> Result<(), BundleError> {
     let path = dir.join(&record.path);
-    let failed = |source| BundleError::Io {
+    let failed = |error| BundleError::Io {
         doing: "read",
         path: path.clone(),
-        source,
+        error,
     };
     let found = match fs::metadata(&path) {
         Ok(found) if found.is_file() => found.len(),

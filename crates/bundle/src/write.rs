@@ -95,9 +95,9 @@ fn complete(
         .collect();
     manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
     manifest.sha256 = NO_CHECKSUM.into();
-    let invalid = |source: ManifestError| BundleError::Manifest {
+    let invalid = |error: ManifestError| BundleError::Manifest {
         path: dir.join(MANIFEST_FILE),
-        source,
+        error,
     };
     manifest.check().map_err(invalid)?;
     let json = |manifest: &Manifest| {
@@ -241,8 +241,13 @@ impl Drop for MadeFolders {
     }
 }
 
-/// Checks that `dir` does not exist, is empty, or holds a bundle.
-fn require_replaceable(dir: &Path) -> Result<(), BundleError> {
+/// Checks that [`write`] may put a bundle at `dir`: that it does not exist, is empty, or holds a
+/// bundle. Worth asking before long work.
+///
+/// # Errors
+///
+/// When it holds something else, or the operating system refuses.
+pub fn require_replaceable(dir: &Path) -> Result<(), BundleError> {
     loop {
         let before = identity(dir);
         let replaceable = is_replaceable(dir);
@@ -388,10 +393,10 @@ fn lock(_: &Path) -> Option<Lock> {
 }
 
 fn failed(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> BundleError {
-    move |source| BundleError::Io {
+    move |error| BundleError::Io {
         doing,
         path: path.to_owned(),
-        source,
+        error,
     }
 }
 

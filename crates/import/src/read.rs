@@ -19,12 +19,12 @@ pub struct Imported {
 #[non_exhaustive]
 pub enum ImportError {
     /// The file itself cannot be read.
-    #[error("{}: cannot be read: {source}", path.display())]
+    #[error("{}: cannot be read: {error}", path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// What the operating system says.
-        source: io::Error,
+        error: io::Error,
     },
     /// The content is of no format that is read.
     #[error("{}: is neither glTF nor GLB; convert it to glTF 2.0", path.display())]
@@ -33,12 +33,12 @@ pub enum ImportError {
         path: PathBuf,
     },
     /// Something in a glTF file is wrong.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {error}", path.display())]
     Gltf {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        source: GltfError,
+        error: GltfError,
     },
 }
 
@@ -50,18 +50,18 @@ pub enum ImportError {
 ///
 /// When the file cannot be read, is of no known format, or something in it is wrong.
 pub fn read(path: &Path) -> Result<Imported, ImportError> {
-    let bytes = read_regular(path).map_err(|source| ImportError::File {
+    let bytes = read_regular(path).map_err(|error| ImportError::File {
         path: path.into(),
-        source,
+        error,
     })?;
     if !is_gltf(&bytes) {
         return Err(ImportError::Format { path: path.into() });
     }
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut load = |name: &str| read_regular(&folder.join(name));
-    read_gltf(&bytes, &mut load).map_err(|source| ImportError::Gltf {
+    read_gltf(&bytes, &mut load).map_err(|error| ImportError::Gltf {
         path: path.into(),
-        source,
+        error,
     })
 }
 

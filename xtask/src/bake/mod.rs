@@ -93,6 +93,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         .out
         .clone()
         .unwrap_or_else(|| format!("target/farfield/{name}-layered").into());
+    farfield_bundle::require_replaceable(&dir)?;
 
     let loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
     let scene = &loaded.scene;

@@ -20,11 +20,11 @@ pub(crate) fn parse_document(json: &[u8]) -> Result<Document, GltfError> {
                 0 => "the document".into(),
                 _ => error.path().to_string(),
             },
-            source: error.into_inner(),
+            error: error.into_inner(),
         })?;
-    parser.end().map_err(|source| GltfError::Json {
+    parser.end().map_err(|error| GltfError::Json {
         place: "the document".into(),
-        source,
+        error,
     })?;
     Ok(document)
 }

@@ -28,12 +28,12 @@ pub enum GltfError {
         problem: &'static str,
     },
     /// The document is no JSON, or something in it has the wrong type.
-    #[error("{place}: {source}; the glTF document is damaged or was written by a faulty exporter")]
+    #[error("{place}: {error}; the glTF document is damaged or was written by a faulty exporter")]
     Json {
         /// Where in the document.
         place: String,
         /// What the JSON parser says.
-        source: serde_json::Error,
+        error: serde_json::Error,
     },
     /// The file is of another version of glTF.
     #[error("{place}: glTF version {version:?} is not supported; convert the file to glTF 2.0")]
@@ -144,14 +144,14 @@ pub enum GltfError {
         problem: &'static str,
     },
     /// A file beside the glTF file cannot be read.
-    #[error("{place}: {uri:?} cannot be read: {source}; put it beside the glTF file")]
+    #[error("{place}: {uri:?} cannot be read: {error}; put it beside the glTF file")]
     File {
         /// Where the file is mentioned.
         place: String,
         /// Its name, as in the glTF file.
         uri: String,
         /// What the loader says.
-        source: std::io::Error,
+        error: std::io::Error,
     },
     /// A buffer has no bytes.
     #[error("{place}: has no uri, and the file has no binary chunk for it; export the file again")]

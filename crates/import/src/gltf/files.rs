@@ -38,10 +38,10 @@ impl<'l> Files<'l> {
                 if let Some(&file) = self.by_path.get(&path) {
                     return Ok(file);
                 }
-                let content = (self.load)(&path).map_err(|source| GltfError::File {
+                let content = (self.load)(&path).map_err(|error| GltfError::File {
                     place: place(),
                     uri: path.clone(),
-                    source,
+                    error,
                 })?;
                 self.by_path.insert(path, self.contents.len());
                 content
