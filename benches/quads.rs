@@ -26,7 +26,7 @@ const PRICE: Price = Price {
 };
 
 /// Halvings of the interval of prices in which `cover` gets its number of quads.
-const HALVINGS: u32 = 12;
+const HALVINGS: u32 = 10;
 
 /// Prints, for every model and for blocks of 1 to 256 texels, what box growing needs and what
 /// `cover` needs with no more quads, then `cover` at its default price.

@@ -2,7 +2,7 @@
 
 use crate::area::{Area, transpose};
 use crate::rework::rework;
-use crate::split::{Scratch, Search, Sheet};
+use crate::split::{Scratch, Search, Sheet, least_cost_of_any_several};
 use crate::{Growth, Price, grow_boxes};
 use farfield_grid::{BitMask, Rect};
 
@@ -13,24 +13,24 @@ const BLOCKS: [u32; 6] = [1, 2, 4, 8, 16, 32];
 ///
 /// There are two ways to start:
 ///
-/// - The bounds of the mask are cut in two where the halves, shrunk to their opaque texels, look
-///   cheapest, then these alike, down to pieces that no cut can make cheaper; on the way back,
-///   two halves that are cheaper in one rectangle become one.
+/// - The bounds of the mask are cut in two where both sides, shrunk to their opaque texels,
+///   look cheapest, then these alike, down to pieces that no cut can make cheaper; on the way
+///   back, two sides that are cheaper in one rectangle become one.
 /// - Boxes are grown, with blocks of 1, 2, 4, 8, 16 and 32 texels and the default fill ratio.
 ///
-/// The cheapest start is reworked: wherever two neighbours and what lies between them can be
-/// covered by cheaper rectangles, they are, until that happens nowhere. Cuts alone leave pieces
-/// of unfit length, and neighbours that an early cut separated; this moves borders, merges
-/// and divides. Jeschke, 2005, section 3.5 reports split and merge as inferior to box growing;
-/// what makes the difference is that pieces are shrunk before they are compared, that the
-/// gutter is counted, and the last step.
+/// The cheapest start is reworked: wherever two neighbours, with at most two more that reach
+/// between them, can be covered by cheaper rectangles, they are. Cuts alone leave pieces of
+/// unfit length and separate neighbours early; this moves borders, merges and divides, and
+/// saves another 5 to 10 % of the bytes. (Jeschke, Accelerating the Rendering Process Using
+/// Impostors, 2005, section 3.5, found split and merge inferior to box growing. Here the cuts
+/// lie between any two texels, and each is judged by what it costs, gutters included.)
 ///
 /// * `mask` - the opaque texels, of any size
 /// * `price` - what texels and quads weigh; it takes the place of block size and fill ratio
 ///
 /// Returns disjoint tight rectangles, sorted by row and column of their top left texels, none
 /// for an empty mask. They never weigh more than those of [`grow_boxes`] with the blocks named.
-/// Takes about 2 ms for a typical layer of 500 x 500 texels and a few hundred for a million
+/// Takes a few milliseconds for a typical layer of 500 x 500 texels, some hundred for a million
 /// texels of noise; the time grows like the texels of the mask.
 ///
 /// # Panics
@@ -41,9 +41,13 @@ pub fn cover(mask: &BitMask, price: &Price) -> Vec<Rect> {
     let Some(bounds) = mask.bounds() else {
         return Vec::new();
     };
+    let whole = Area::from_rect(bounds);
+    if whole.cost(quad) <= least_cost_of_any_several(whole, mask.count() as u32, quad) {
+        return vec![bounds];
+    }
     let cost = |areas: &[Area]| areas.iter().map(|a| a.cost(quad)).sum::<f64>();
 
-    let mut start = split(mask, Area::from_rect(bounds), quad);
+    let mut start = split(mask, whole, quad);
     for block in BLOCKS {
         let growth = Growth {
             block,
@@ -230,6 +234,31 @@ mod tests {
             cheapest += u32::from(ours == least);
         }
         assert!(100 * cheapest >= 99 * masks, "{cheapest} of {masks}");
+    }
+
+    /// On rings, the outlines that layers mostly hold, at least 9 % of the bytes that box growing
+    /// takes with its best block are saved: 9.8 % when this was written, 5.9 % without reworking.
+    #[test]
+    fn rings_weigh_clearly_less_than_with_box_growing() {
+        let price = Price::default();
+        let (mut ours, mut grown) = (0.0, [0.0; BLOCKS.len()]);
+        for i in 0..24 {
+            let (radius, thick) = (f64::from(20 + 3 * i), f64::from(2 + i % 5));
+            let ring = mask_where(200, 200, |x, y| {
+                let distance = f64::hypot(x as f64 - 99.3, y as f64 - 98.7);
+                (radius - thick..radius).contains(&distance)
+            });
+            ours += price.bytes(&cover(&ring, &price));
+            for (sum, block) in grown.iter_mut().zip(BLOCKS) {
+                let growth = Growth {
+                    block,
+                    ..Growth::default()
+                };
+                *sum += price.bytes(&grow_boxes(&ring, &growth));
+            }
+        }
+        let best = grown.into_iter().fold(f64::INFINITY, f64::min);
+        assert!(ours <= 0.91 * best, "{ours} is too near to {best}");
     }
 
     #[test]

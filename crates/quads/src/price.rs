@@ -10,7 +10,7 @@ use farfield_grid::Rect;
 pub struct Price {
     /// Bytes of a quad's geometry, finite and at least 0. More than it really weighs asks for
     /// fewer quads and more texels, less for more quads and fewer texels.
-    /// Default 104: four vertices of 24 bytes, four shared 16-bit indices.
+    /// Default 104: four vertices of five and six indices, 4 bytes each.
     pub bytes_per_quad: f64,
     /// Bytes of a texel, finite and above 0. Default 4: uncompressed RGBA.
     pub bytes_per_texel: f64,
