@@ -14,7 +14,7 @@ fn refusal(scene: &Path, cell: Option<&str>) -> String {
         Some(cell) => options_in_cell(scene, cell, 64, &out),
         None => options(scene, 64, &out),
     };
-    let error = bake(&options, &Console::default()).expect_err("the bake must fail");
+    let error = bake(&options, &Console).expect_err("the bake must fail");
     assert!(
         contents(folder.path()).is_empty(),
         "something was left behind"
@@ -75,7 +75,7 @@ fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("bundle");
     let options = options_in_cell(SceneChoice::House, "box:0,5,0:1,1,1", 64, &out);
-    let message = format!("{:#}", bake(&options, &Console::default()).unwrap_err());
+    let message = format!("{:#}", bake(&options, &Console).unwrap_err());
     assert_names(&message, &["not in front", "in the way", "'", "--exclude"]);
     assert!(contents(folder.path()).is_empty());
 }
@@ -83,10 +83,7 @@ fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
 #[test]
 fn a_foreign_folder_is_not_replaced() {
     let (folder, path) = with_file("diary.txt", b"precious");
-    let error = bake(
-        &options(SceneChoice::House, 64, folder.path()),
-        &Console::default(),
-    );
+    let error = bake(&options(SceneChoice::House, 64, folder.path()), &Console);
     assert_names(
         &format!("{:#}", error.unwrap_err()),
         &[&folder.path().display().to_string()],
@@ -99,7 +96,7 @@ fn an_excluded_object_must_exist() {
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(SceneChoice::House, 64, &folder.path().join("bundle"));
     options.exclude = vec!["unicorn".into()];
-    let message = format!("{:#}", bake(&options, &Console::default()).unwrap_err());
+    let message = format!("{:#}", bake(&options, &Console).unwrap_err());
     assert_names(&message, &["unicorn"]);
 }
 
@@ -112,7 +109,7 @@ fn verify_refuses_what_is_no_bundle_or_was_changed() {
             scene: None,
             views: 0..1,
         };
-        verify(&options, &Console::default())
+        verify(&options, &Console)
     };
     assert_names(
         &format!("{:#}", verify(folder.path()).unwrap_err()),
@@ -120,7 +117,7 @@ fn verify_refuses_what_is_no_bundle_or_was_changed() {
     );
 
     let dir = folder.path().join("bundle");
-    bake(&options(SceneChoice::House, 64, &dir), &Console::default()).unwrap();
+    bake(&options(SceneChoice::House, 64, &dir), &Console).unwrap();
     assert!(verify(&dir).is_ok());
     let page = dir.join("pages/000.png");
     let mut bytes = fs::read(&page).unwrap();

@@ -8,7 +8,7 @@ fn bake_and_verify(name: &str, cell: &str) -> Option<BakeReport> {
     let path = model(name)?;
     let folder = tempfile::tempdir().unwrap();
     let options = options_in_cell(SceneChoice::File(path), cell, 256, folder.path());
-    let report = bake(&options, &Console::default()).unwrap();
+    let report = bake(&options, &Console).unwrap();
     let verified = verified(folder.path(), 40);
     assert!(
         verified.holds && verified.gap_pixels == 0,

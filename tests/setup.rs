@@ -37,7 +37,7 @@ pub(crate) fn verified(dir: &Path, views: u64) -> VerifyReport {
         scene: None,
         views: 0..views,
     };
-    xtask::verify(&options, &Console::default()).expect("the bundle can be verified")
+    xtask::verify(&options, &Console).expect("the bundle can be verified")
 }
 
 /// A real model, where the environment variable `FARFIELD_MODELS` names a folder that has it.

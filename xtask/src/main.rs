@@ -91,7 +91,7 @@ fn main() -> ExitCode {
         Command::Verify(args) => run_verify(args),
     };
     done.unwrap_or_else(|error| {
-        Console::default().error(&error);
+        Console.error(&error);
         ExitCode::from(1)
     })
 }
@@ -107,7 +107,7 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         bytes_per_quad: args.bytes_per_quad,
         out: args.out,
     };
-    let report: BakeReport = bake(&options, &Console::default())?;
+    let report: BakeReport = bake(&options, &Console)?;
     print_json(args.json, &report)?;
     Ok(ExitCode::SUCCESS)
 }
@@ -121,7 +121,7 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
             None => 0..args.views,
         },
     };
-    let report: VerifyReport = verify(&options, &Console::default())?;
+    let report: VerifyReport = verify(&options, &Console)?;
     print_json(args.json, &report)?;
     Ok(if report.holds {
         ExitCode::SUCCESS
