@@ -8,7 +8,7 @@ use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use glam::DVec3;
 use std::path::PathBuf;
-use xtask::layered::{Settings, place, record_layers, visible_texels};
+use xtask::layered::{Settings, cull, place, record_layers};
 
 /// A scene with the layers that 512 x 512 pixels from its view cell need.
 pub(crate) struct Layered {
@@ -69,7 +69,10 @@ fn prepare(name: &str, scene: Scene, center: [f64; 3], size: [f64; 3]) -> Layere
     };
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
     let recording = record_layers(&scene, &Textures::new(&scene), &stack, &cell);
-    let visible = visible_texels(&recording, stack.width, stack.height);
+    let visible = cull(&recording, stack.width, stack.height);
+    let layers = 0..stack.layers.len();
+    let masks = layers.map(|layer| visible.masks(layer, stack.width, stack.height).opaque);
+    let visible = masks.collect();
     Layered {
         name: name.into(),
         scene,

@@ -7,7 +7,7 @@ use farfield_quads::{Price, cover};
 use farfield_sampling::{Textures, rasterize};
 use farfield_views::Camera;
 use std::hint::black_box;
-use xtask::layered::{record_layers, visible_texels};
+use xtask::layered::{cull, record_layers};
 
 /// Measures each stage on each model; the bounds are triangles and texels touched, so throughput
 /// is given in those.
@@ -42,8 +42,8 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         group
             .sample_size(20)
             .throughput(Throughput::Elements(texels));
-        group.bench_function(format!("visible_texels/{}/512", model.name), |bencher| {
-            bencher.iter(|| black_box(visible_texels(&recording, stack.width, stack.height)));
+        group.bench_function(format!("cull/{}/512", model.name), |bencher| {
+            bencher.iter(|| black_box(cull(&recording, stack.width, stack.height)));
         });
         group.finish();
 

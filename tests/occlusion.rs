@@ -3,11 +3,11 @@
 use crate::setup::model;
 use farfield_grid::BitMask;
 use farfield_layers::{PromisedCamera, corners_in_view};
-use farfield_sampling::Textures;
+use farfield_sampling::{Recording, Textures};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell, low_discrepancy_point};
 use glam::{DVec2, DVec3};
-use xtask::layered::{Settings, place, record_layers, recording_camera, visible_texels};
+use xtask::layered::{Settings, cull, place, record_layers, recording_camera};
 
 /// A layered recording before and after culling, and where its layers are.
 struct Culled {
@@ -30,14 +30,17 @@ fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
     let stack = place(scene, &settings).unwrap();
     let (width, height) = (stack.width, stack.height);
     let recording = record_layers(scene, &Textures::new(scene), &stack, &cell);
-    let layers = 0..stack.layers.len();
+    let masks = |recording: &Recording| {
+        let layers = 0..stack.layers.len();
+        layers
+            .map(|layer| recording.masks(layer, width, height).opaque)
+            .collect()
+    };
     Culled {
         camera: recording_camera(&stack),
         depths: stack.layers.iter().map(|layer| layer.depth).collect(),
-        recorded: layers
-            .map(|layer| recording.masks(layer, width, height).opaque)
-            .collect(),
-        kept: visible_texels(&recording, width, height),
+        recorded: masks(&recording),
+        kept: masks(&cull(&recording, width, height)),
     }
 }
 

@@ -7,7 +7,7 @@ use anyhow::Result;
 use farfield_atlas::pack;
 use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody};
 use farfield_culling::Culler;
-use farfield_grid::{BitMask, Grid, Rect};
+use farfield_grid::{Grid, Rect};
 use farfield_layers::{Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view, stack};
 use farfield_pages::{GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
 use farfield_quads::{Price, cover};
@@ -57,42 +57,35 @@ pub(super) fn bake(
     let recording = console.stage("record", || {
         record_layers(scene, &textures, &stack, &settings.cell)
     });
-    let visible = console.stage("cull", || visible_texels(&recording, width, height));
+    let visible = console.stage("cull", || cull(&recording, width, height));
     let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
         let price = Price {
             bytes_per_quad: settings.bytes_per_quad,
             ..Price::default()
         };
-        visible.par_iter().map(|mask| cover(mask, &price)).collect()
+        let opaque = |layer| visible.masks(layer, width, height).opaque;
+        let layers = (0..stack.layers.len()).into_par_iter();
+        layers.map(|layer| cover(&opaque(layer), &price)).collect()
     });
 
     let (pages, patches) = console.stage("pack", || arrange(&rects))?;
     let pages = console.stage("paint", || {
-        let color = |samples: &[Sample]| {
-            sample_colors(scene, &textures, &camera, samples, &Lighting::default())
-        };
-        paint_pages(&recording, &visible, color, &patches, &pages)
+        let light = Lighting::default();
+        let colors = sample_colors(scene, &textures, &camera, &visible.samples, &light);
+        paint_pages(&visible, &colors, [width, height], &patches, &pages)
     });
 
     let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
     let [min, max] = settings.represented;
     let display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
-    let layers = stack.layers.iter().zip(&rects);
     let body = LayeredBody {
         pose: stack.pose,
         extent: stack.extent,
         width,
         height,
-        layers: layers
-            .map(|(layer, rects)| LayerRecord {
-                depth: layer.depth,
-                near: layer.near,
-                far: layer.far,
-                quads: rects.len() as u32,
-            })
-            .collect(),
+        layers: layer_records(&stack, &rects),
         texels_recorded: recording.samples.len() as u64,
-        texels_kept: visible.iter().map(|mask| mask.count() as u64).sum(),
+        texels_kept: visible.samples.len() as u64,
     };
     let impostor = Impostor {
         name: name.into(),
@@ -169,13 +162,32 @@ pub fn record_layers(
     )
 }
 
-/// Per layer the texels that some view of the cell can see, front to back.
-pub fn visible_texels(recording: &Recording, width: u32, height: u32) -> Vec<BitMask> {
+/// What is left of a recording when texels that no view of the cell can see are removed, front to
+/// back.
+pub fn cull(recording: &Recording, width: u32, height: u32) -> Recording {
     let mut culler = Culler::new(width as usize, height as usize);
-    (0..recording.layers.len())
-        .map(|layer| {
-            let masks = recording.masks(layer, width, height);
-            culler.next(&masks.opaque, &masks.occluding)
+    let mut visible = Recording::default();
+    for layer in 0..recording.layers.len() {
+        let masks = recording.masks(layer, width, height);
+        let seen = culler.next(&masks.opaque, &masks.occluding);
+        let samples = &recording.samples[recording.layers[layer].clone()];
+        let is_seen = |sample: &&Sample| seen.contains(sample.x.into(), sample.y.into());
+        let start = visible.samples.len();
+        visible.samples.extend(samples.iter().filter(is_seen));
+        visible.layers.push(start..visible.samples.len());
+    }
+    visible
+}
+
+/// The layers as the manifest describes them.
+fn layer_records(stack: &LayerStack, rects: &[Vec<Rect>]) -> Vec<LayerRecord> {
+    let layers = stack.layers.iter().zip(rects);
+    layers
+        .map(|(layer, rects)| LayerRecord {
+            depth: layer.depth,
+            near: layer.near,
+            far: layer.far,
+            quads: rects.len() as u32,
         })
         .collect()
 }
@@ -203,37 +215,30 @@ fn arrange(rects: &[Vec<Rect>]) -> Result<(Vec<[u32; 2]>, Vec<Patch>)> {
     Ok((atlas.pages, patches))
 }
 
-/// Copies the visible texels of all layers into the pages.
+/// Copies the texels of all layers, of `layer_size` each, into pages of `page_sizes`.
 fn paint_pages(
     recording: &Recording,
-    visible: &[BitMask],
-    color: impl Fn(&[Sample]) -> Vec<[u8; 3]>,
+    colors: &[[u8; 3]],
+    layer_size: [u32; 2],
     patches: &[Patch],
-    sizes: &[[u32; 2]],
+    page_sizes: &[[u32; 2]],
 ) -> Vec<Grid<[u8; 4]>> {
-    let mut pages: Vec<_> = sizes.iter().map(|size| blank_page(*size)).collect();
-    let mut by_layer = vec![Vec::new(); visible.len()];
+    let mut pages: Vec<_> = page_sizes.iter().map(|size| blank_page(*size)).collect();
+    let mut by_layer = vec![Vec::new(); recording.layers.len()];
     for patch in patches {
         by_layer[patch.layer as usize].push(*patch);
     }
-    let mut scratch = match visible.first() {
-        Some(mask) => Grid::filled(mask.width(), mask.height(), [0; 4]),
-        None => return pages,
-    };
-    for (layer, mask) in visible.iter().enumerate() {
-        let samples: Vec<Sample> = recording.samples[recording.layers[layer].clone()]
-            .iter()
-            .filter(|sample| mask.contains(usize::from(sample.x), usize::from(sample.y)))
-            .copied()
-            .collect();
-        let positions: Vec<[u16; 2]> = samples.iter().map(|sample| [sample.x, sample.y]).collect();
+    let positions: Vec<[u16; 2]> = recording.samples.iter().map(|s| [s.x, s.y]).collect();
+    let [width, height] = layer_size;
+    let mut scratch = Grid::filled(width as usize, height as usize, [0; 4]);
+    for (patches, run) in by_layer.iter().zip(&recording.layers) {
         let texels = LayerTexels {
-            width: mask.width() as u32,
-            height: mask.height() as u32,
-            positions: &positions,
-            colors: &color(&samples),
+            width,
+            height,
+            positions: &positions[run.clone()],
+            colors: &colors[run.clone()],
         };
-        paint(&texels, &by_layer[layer], &mut pages, &mut scratch);
+        paint(&texels, patches, &mut pages, &mut scratch);
     }
     pages
 }
