@@ -1,6 +1,8 @@
 //! Bad input gives one clear message and leaves nothing behind.
 
 use crate::setup::{contents, options, options_in_cell, skipped};
+use farfield_scene::{Material, Mesh, Object, Scene};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::{Console, SceneChoice, VerifyOptions, bake, verify};
@@ -14,7 +16,7 @@ fn refusal(scene: &Path, cell: Option<&str>) -> String {
         Some(cell) => options_in_cell(scene, cell, 64, &out),
         None => options(scene, 64, &out),
     };
-    let error = bake(&options, &Console).expect_err("the bake must fail");
+    let error = bake(&options, &Console::Silent).expect_err("the bake must fail");
     assert!(
         contents(folder.path()).is_empty(),
         "something was left behind"
@@ -75,15 +77,48 @@ fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("bundle");
     let options = options_in_cell(SceneChoice::House, "box:0,5,0:1,1,1", 64, &out);
-    let message = format!("{:#}", bake(&options, &Console).unwrap_err());
+    let message = format!("{:#}", bake(&options, &Console::Silent).unwrap_err());
     assert_names(&message, &["not in front", "in the way", "'", "--exclude"]);
     assert!(contents(folder.path()).is_empty());
 }
 
 #[test]
+fn a_scene_that_faces_away_is_refused() {
+    // Counter-clockwise seen from -Z; the default cell lies on the +Z side.
+    let scene = Scene {
+        positions: vec![Vec3::ZERO, Vec3::Y, Vec3::X],
+        normals: vec![Vec3::NEG_Z; 3],
+        uvs: vec![Vec2::ZERO; 3],
+        colors: vec![Vec4::ONE; 3],
+        triangles: vec![[0, 1, 2]],
+        triangle_materials: vec![0],
+        materials: vec![Material::default()],
+        meshes: vec![Mesh {
+            vertices: 0..3,
+            triangles: 0..1,
+        }],
+        objects: vec![Object {
+            name: "back".into(),
+            mesh: 0,
+            world_from_mesh: DAffine3::IDENTITY,
+        }],
+        ..Scene::default()
+    };
+    let glb = farfield_bundle::glb_from_scene(&scene, &[]).unwrap();
+    let (_folder, path) = with_file("back.glb", &glb);
+    assert_names(
+        &refusal(&path, None),
+        &["back.glb", "face away", "double-sided"],
+    );
+}
+
+#[test]
 fn a_foreign_folder_is_not_replaced() {
     let (folder, path) = with_file("diary.txt", b"precious");
-    let error = bake(&options(SceneChoice::House, 64, folder.path()), &Console);
+    let error = bake(
+        &options(SceneChoice::House, 64, folder.path()),
+        &Console::Silent,
+    );
     assert_names(
         &format!("{:#}", error.unwrap_err()),
         &[&folder.path().display().to_string()],
@@ -96,7 +131,7 @@ fn an_excluded_object_must_exist() {
     let folder = tempfile::tempdir().unwrap();
     let mut options = options(SceneChoice::House, 64, &folder.path().join("bundle"));
     options.exclude = vec!["unicorn".into()];
-    let message = format!("{:#}", bake(&options, &Console).unwrap_err());
+    let message = format!("{:#}", bake(&options, &Console::Silent).unwrap_err());
     assert_names(&message, &["unicorn"]);
 }
 
@@ -109,7 +144,7 @@ fn verify_refuses_what_is_no_bundle_or_was_changed() {
             scene: None,
             views: 0..1,
         };
-        verify(&options, &Console)
+        verify(&options, &Console::Silent)
     };
     assert_names(
         &format!("{:#}", verify(folder.path()).unwrap_err()),
@@ -117,7 +152,7 @@ fn verify_refuses_what_is_no_bundle_or_was_changed() {
     );
 
     let dir = folder.path().join("bundle");
-    bake(&options(SceneChoice::House, 64, &dir), &Console).unwrap();
+    bake(&options(SceneChoice::House, 64, &dir), &Console::Silent).unwrap();
     assert!(verify(&dir).is_ok());
     let page = dir.join("pages/000.png");
     let mut bytes = fs::read(&page).unwrap();

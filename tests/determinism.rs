@@ -11,7 +11,7 @@ fn assert_same_on_1_2_and_4_threads(options: &BakeOptions) {
             .num_threads(threads)
             .build()
             .unwrap();
-        pool.install(|| bake(options, &Console)).unwrap();
+        pool.install(|| bake(options, &Console::Silent)).unwrap();
         contents(dir)
     });
     let first = std::mem::take(&mut bundles[0]);

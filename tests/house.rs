@@ -6,7 +6,7 @@ use std::fs;
 use xtask::{BakeReport, Console, SceneChoice, bake};
 
 fn bake_house(dir: &std::path::Path) -> BakeReport {
-    bake(&options(SceneChoice::House, 256, dir), &Console).expect("the house bakes")
+    bake(&options(SceneChoice::House, 256, dir), &Console::Silent).expect("the house bakes")
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn a_house_seen_from_a_shaft_holds() {
     let folder = tempfile::tempdir().unwrap();
     let cell = "shaft:0.3,0.1,1:8:80";
     let options = options_in_cell(SceneChoice::House, cell, 256, folder.path());
-    let report = bake(&options, &Console).unwrap();
+    let report = bake(&options, &Console::Silent).unwrap();
     assert!(report.layers >= 10, "{} layers", report.layers);
     let verified = verified(folder.path(), 60);
     assert!(

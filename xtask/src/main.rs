@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
@@ -65,6 +66,9 @@ enum Technique {
     Layered,
 }
 
+/// More viewpoints than anybody has time for.
+const MOST_VIEWS: u64 = 1_000_000;
+
 #[derive(Args)]
 struct VerifyArgs {
     /// The bundle's folder.
@@ -74,10 +78,10 @@ struct VerifyArgs {
     scene: Option<PathBuf>,
     /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
     /// then an even sequence of points inside.
-    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
     views: u64,
     /// Looks from this viewpoint only, and writes its pictures.
-    #[arg(long, value_name = "N", conflicts_with = "views")]
+    #[arg(long, value_name = "N", conflicts_with = "views", value_parser = clap::value_parser!(u64).range(..MOST_VIEWS))]
     view: Option<u64>,
     /// Prints one JSON object on stdout.
     #[arg(long)]
@@ -91,7 +95,7 @@ fn main() -> ExitCode {
         Command::Verify(args) => run_verify(args),
     };
     done.unwrap_or_else(|error| {
-        Console.error(&error);
+        Console::Stderr.error(&error);
         ExitCode::from(1)
     })
 }
@@ -107,8 +111,10 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         bytes_per_quad: args.bytes_per_quad,
         out: args.out,
     };
-    let report: BakeReport = bake(&options, &Console)?;
-    print_json(args.json, &report)?;
+    let report: BakeReport = bake(&options, &Console::Stderr)?;
+    if args.json {
+        print_json(&report)?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
@@ -121,8 +127,10 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
             None => 0..args.views,
         },
     };
-    let report: VerifyReport = verify(&options, &Console)?;
-    print_json(args.json, &report)?;
+    let report: VerifyReport = verify(&options, &Console::Stderr)?;
+    if args.json {
+        print_json(&report)?;
+    }
     Ok(if report.holds {
         ExitCode::SUCCESS
     } else {
@@ -130,26 +138,19 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
     })
 }
 
-#[expect(
-    clippy::print_stdout,
-    reason = "stdout is where machines read the report"
-)]
-fn print_json(wanted: bool, report: &impl serde::Serialize) -> anyhow::Result<()> {
-    if wanted {
-        println!(
-            "{}",
-            serde_json::to_string(report).context("cannot write the report as JSON")?
-        );
-    }
-    Ok(())
+/// One JSON object on stdout, where machines read it.
+fn print_json(report: &impl serde::Serialize) -> anyhow::Result<()> {
+    let line = serde_json::to_string(report)? + "\n";
+    std::io::stdout()
+        .write_all(line.as_bytes())
+        .context("cannot write to stdout")
 }
 
 fn field_of_view(text: &str) -> Result<f64, String> {
     let degrees = positive(text)?;
-    if degrees < 170.0 {
-        Ok(degrees)
-    } else {
-        Err("a field of view lies below 170 degrees".into())
+    match (0.01..170.0).contains(&degrees) {
+        true => Ok(degrees),
+        false => Err("a field of view lies between 0.01 and 170 degrees".into()),
     }
 }
 

@@ -86,13 +86,21 @@ pub(crate) fn record(choice: &SceneChoice, dir: &Path) -> Result<SceneSource> {
                 .canonicalize()
                 .with_context(|| path.display().to_string())?;
             let relative = pathdiff::diff_paths(&to, real(&from)).unwrap_or(to);
-            let path_in_bundle = relative.to_string_lossy().replace('\\', "/");
             Ok(SceneSource::File {
-                path: path_in_bundle,
+                path: with_slashes(&relative)?,
                 sha256: sha256_of_file(path)?,
             })
         }
     }
+}
+
+/// A path as manifests hold it.
+fn with_slashes(path: &Path) -> Result<String> {
+    let parts = path.iter().map(|part| {
+        let name = part.to_str();
+        name.with_context(|| format!("{}: the name is not UTF-8; rename it", path.display()))
+    });
+    Ok(parts.collect::<Result<Vec<_>>>()?.join("/"))
 }
 
 /// The scene that the bundle in `dir` was baked from, or `instead` of it; either must be the same

@@ -61,7 +61,7 @@ impl std::str::FromStr for ViewCellSpec {
                     return Err("a shaft's distances must be positive and grow".into());
                 }
                 Ok(Self::Shaft {
-                    axis,
+                    axis: axis.normalize(),
                     half_angle: degrees.to_radians(),
                     min,
                     max,
@@ -131,7 +131,7 @@ pub(crate) fn resolve(
 
 /// Texels must not become smaller than this share of a pixel, or renderers that snap vertices to a
 /// sixteenth of a pixel show pinholes.
-const SMALLEST_TEXEL: f64 = 1.0 / 6.0;
+pub(crate) const SMALLEST_TEXEL: f64 = 1.0 / 6.0;
 
 /// How far from a shaft's apex texels are as small as they may become.
 fn farthest(shaft: &ViewCell, represented: [DVec3; 2], camera: &PromisedCamera) -> Result<f64> {
@@ -149,12 +149,36 @@ fn farthest(shaft: &ViewCell, represented: [DVec3; 2], camera: &PromisedCamera) 
     Ok((view.pose.eye - apex).dot(axis) - depth + distance)
 }
 
+/// A cell in the form of the command line; a shaft's apex goes without saying.
+pub(crate) fn describe(cell: &ViewCell) -> String {
+    match cell {
+        ViewCell::Box { center: c, size: s } => {
+            format!("box:{},{},{}:{},{},{}", c.x, c.y, c.z, s.x, s.y, s.z)
+        }
+        ViewCell::Shaft {
+            axis: d,
+            half_angle,
+            near,
+            far,
+            ..
+        } => {
+            let degrees = half_angle.to_degrees();
+            format!("shaft:{},{},{}:{degrees:.6}:{near}:{far:.6}", d.x, d.y, d.z)
+        }
+    }
+}
+
 /// Says which objects keep a cell from lying before what it represents, if that is what `error`
 /// is about.
 pub(crate) fn explain(error: PlanError, cell: &ViewCell, scene: &Scene) -> anyhow::Error {
-    let PlanError::CellNotBefore { .. } = error else {
-        return error.into();
-    };
+    match error {
+        PlanError::CellNotBefore { .. } => {}
+        PlanError::BadCell(_) => {
+            let cell = describe(cell);
+            return anyhow::anyhow!("{cell} has sizes that make no view cell");
+        }
+        other => return other.into(),
+    }
     let axes = match *cell {
         ViewCell::Box { .. } => DVec3::AXES
             .into_iter()
@@ -213,11 +237,25 @@ fn corners([min, max]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
 
 /// The box around all that a scene draws.
 pub(crate) fn represented_box(scene: &Scene) -> Result<[DVec3; 2]> {
-    match scene.bounds() {
-        Some(bounds) => Ok(bounds),
-        None => bail!("the scene has no triangles: there is nothing to bake"),
+    let Some([min, max]) = scene.bounds() else {
+        bail!("the scene has no triangles: there is nothing to bake");
+    };
+    let (extent, farthest) = (
+        (max - min).max_element(),
+        min.abs().max(max.abs()).max_element(),
+    );
+    if extent < farthest * LEAST_RELATIVE_EXTENT {
+        bail!(
+            "the scene is {extent:e} m large, but {farthest:e} m from the origin, where \
+             coordinates are too coarse for it: move it nearer to the origin"
+        );
     }
+    Ok([min, max])
 }
+
+/// Seen from the origin, a scene at least this large keeps 22 binary digits and more of its 53 to
+/// itself.
+const LEAST_RELATIVE_EXTENT: f64 = 1.0 / (1u64 << 31) as f64;
 
 #[cfg(test)]
 mod tests {
@@ -239,6 +277,22 @@ mod tests {
             panic!("{spec:?}");
         };
         assert!((half_angle - 30f64.to_radians()).abs() < 1e-15);
+    }
+
+    /// What a cell is described as names the same cell again.
+    #[test]
+    fn descriptions_can_be_read_back() {
+        let camera = PromisedCamera {
+            fov: 0.8,
+            resolution: 512,
+        };
+        let represented = [DVec3::splat(-0.1), DVec3::splat(0.1)];
+        for text in ["box:0,-0.11,0.45:0.2,0,0.25", "shaft:0,-1,0:12.5:3:40"] {
+            let spec: ViewCellSpec = text.parse().unwrap();
+            let cell = resolve(Some(&spec), represented, &camera).unwrap();
+            let again: ViewCellSpec = describe(&cell).parse().unwrap();
+            assert_eq!(resolve(Some(&again), represented, &camera).unwrap(), cell);
+        }
     }
 
     #[test]

@@ -246,6 +246,19 @@ pub struct LayeredBody {
     pub texels_kept: u64,
 }
 
+impl LayeredBody {
+    /// Depths before the first, between neighbouring, and behind the last of the layers: one more
+    /// than there are layers.
+    pub fn borders(&self) -> Vec<f64> {
+        let last = self.layers.last().map(|layer| layer.far);
+        self.layers
+            .iter()
+            .map(|layer| layer.near)
+            .chain(last)
+            .collect()
+    }
+}
+
 /// A layer of a layered impostor. Depths are distances from the reference viewpoint along the
 /// view axis, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

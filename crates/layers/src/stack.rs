@@ -59,6 +59,17 @@ pub struct Layer {
 }
 
 impl LayerStack {
+    /// Depths before the first, between neighbouring, and behind the last of the layers: one more
+    /// than there are layers.
+    pub fn borders(&self) -> Vec<f64> {
+        let last = self.layers.last().map(|layer| layer.far);
+        self.layers
+            .iter()
+            .map(|layer| layer.near)
+            .chain(last)
+            .collect()
+    }
+
     /// Index of the layer whose range holds `depth`; a border belongs to the layer before it.
     ///
     /// Depths before the first range give the first layer, depths behind the last the last.

@@ -3,7 +3,7 @@
 
 use crate::console::Console;
 use crate::view_cell;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use farfield_atlas::pack;
 use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody};
 use farfield_culling::Culler;
@@ -37,6 +37,8 @@ pub struct Settings {
 pub(super) struct Baked {
     pub(super) impostor: Impostor,
     pub(super) display: Scene,
+    /// The least side of a texel seen from anywhere in the view cell, in pixels.
+    pub(super) smallest_texel: f64,
 }
 
 /// Longest side of an atlas page, in texels.
@@ -58,6 +60,12 @@ pub(super) fn bake(
         record_layers(scene, &textures, &stack, &settings.cell)
     });
     let visible = console.stage("cull", || cull(&recording, width, height));
+    if visible.samples.is_empty() {
+        bail!(
+            "no triangle can be seen from the view cell: all are single-sided and face away; \
+             move the cell, or make the materials double-sided"
+        );
+    }
     let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
         let price = Price {
             bytes_per_quad: settings.bytes_per_quad,
@@ -92,7 +100,23 @@ pub(super) fn bake(
         represented: settings.represented,
         body: Body::Layered(body),
     };
-    Ok(Baked { impostor, display })
+    Ok(Baked {
+        impostor,
+        display,
+        smallest_texel: smallest_texel(&stack, settings),
+    })
+}
+
+/// The least side of a texel seen from anywhere in the view cell, in pixels: one of the first
+/// layer, seen from the farthest corner. Corners at infinity see none.
+fn smallest_texel(stack: &LayerStack, settings: &Settings) -> f64 {
+    let corners = corners_in_view(&stack.pose, &settings.cell);
+    let farthest = corners
+        .iter()
+        .map(|corner| corner.z)
+        .fold(f64::INFINITY, f64::min);
+    let depth = stack.layers[0].depth;
+    stack.texel() * depth / (settings.camera.pixel() * (depth - farthest))
 }
 
 /// Where the layers go: reference viewpoint and texel size follow from the represented box,
@@ -146,20 +170,8 @@ pub fn record_layers(
     stack: &LayerStack,
     cell: &ViewCell,
 ) -> Recording {
-    let last = stack.layers.last().map(|layer| layer.far);
-    let borders: Vec<f64> = stack
-        .layers
-        .iter()
-        .map(|layer| layer.near)
-        .chain(last)
-        .collect();
-    record(
-        scene,
-        textures,
-        &recording_camera(stack),
-        &borders,
-        &cell.corners(),
-    )
+    let camera = recording_camera(stack);
+    record(scene, textures, &camera, &stack.borders(), &cell.corners())
 }
 
 /// What is left of a recording when texels that no view of the cell can see are removed, front to

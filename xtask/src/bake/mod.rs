@@ -4,7 +4,7 @@ pub mod layered;
 
 use crate::console::{Console, peak_rss_bytes};
 use crate::source::{self, SceneChoice};
-use crate::view_cell::{self, ViewCellSpec};
+use crate::view_cell::{self, SMALLEST_TEXEL, ViewCellSpec};
 use anyhow::{Context, Result};
 use farfield_bundle::{
     Body, Cost, FORMAT, Foliage, GLTF_FILE, Generator, Manifest, NewFile, Options, Promise,
@@ -12,10 +12,12 @@ use farfield_bundle::{
 };
 use farfield_layers::PromisedCamera;
 use farfield_scene::{AlphaMode, Scene};
-use farfield_views::ViewCell;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::time::Instant;
+
+/// The technique, as it stands in the names of folders.
+const TECHNIQUE: &str = "layered";
 
 /// What to bake, and how.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,46 +94,30 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let dir = options
         .out
         .clone()
-        .unwrap_or_else(|| format!("target/farfield/{name}-layered").into());
+        .unwrap_or_else(|| format!("target/farfield/{name}-{TECHNIQUE}").into());
     farfield_bundle::require_replaceable(&dir)?;
 
     let loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
     let scene = &loaded.scene;
-    let represented =
-        view_cell::represented_box(scene).with_context(|| options.scene.to_string())?;
-    let camera = PromisedCamera {
-        fov: options.fov_degrees.to_radians(),
-        resolution: options.resolution,
-    };
-    let cell = view_cell::resolve(options.view_cell.as_ref(), represented, &camera)?;
-    console.say(format_args!("  view cell {}", describe(&cell)));
+    let settings = settings(options, scene).with_context(|| options.scene.to_string())?;
+    console.say(format_args!(
+        "  view cell {}",
+        view_cell::describe(&settings.cell)
+    ));
+    let baked = layered::bake(&name, scene, &settings, console)
+        .with_context(|| options.scene.to_string())?;
+    let files = console.stage("encode", || encode(&baked.display))?;
+
+    let too_small = texels_too_small(baked.smallest_texel);
+    let blended = blended_as_masked(scene);
     let warnings: Vec<String> = loaded
         .warnings
-        .iter()
-        .cloned()
-        .chain(blended_as_masked(scene))
+        .into_iter()
+        .chain(blended)
+        .chain(too_small.clone())
         .collect();
     warnings.iter().for_each(|warning| console.warn(warning));
-
-    let settings = layered::Settings {
-        cell,
-        represented,
-        camera,
-        bytes_per_quad: options.bytes_per_quad,
-    };
-    let baked = layered::bake(&name, scene, &settings, console)?;
-
-    let files = console.stage("encode", || encode(&baked.display))?;
-    let Body::Layered(body) = &baked.impostor.body;
-    let quads = body.layers.iter().map(|layer| u64::from(layer.quads)).sum();
-    let statistics = Statistics {
-        before: farfield_bundle::cost(scene),
-        after: farfield_bundle::cost(&baked.display),
-        layers: body.layers.len() as u64,
-        quads,
-        texels_recorded: body.texels_recorded,
-        texels_kept: body.texels_kept,
-    };
+    let statistics = statistics(scene, &baked);
     let manifest = Manifest {
         format: FORMAT.into(),
         version: VERSION,
@@ -146,13 +132,14 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         options: Options {
             resolution: options.resolution,
             fov_degrees: options.fov_degrees,
-            view_cell: cell,
+            view_cell: settings.cell,
             exclude: options.exclude.clone(),
         },
         scene: source::record(&options.scene, &dir)?,
         promise: Promise {
             gap_pixels: Some(0),
             parallax_px: Some(1.0),
+            notes: [OFF_AXIS.to_owned()].into_iter().chain(too_small).collect(),
             ..Promise::default()
         },
         statistics: statistics.clone(),
@@ -167,7 +154,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let impostors = vec![ImpostorReport {
         name,
         layers: statistics.layers,
-        quads,
+        quads: statistics.quads,
     }];
     Ok(BakeReport {
         bundle: dir,
@@ -176,7 +163,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         triangles_in: statistics.before.triangles,
         triangles_out: statistics.after.triangles,
         layers: statistics.layers,
-        quads,
+        quads: statistics.quads,
         draw_calls: statistics.after.draw_calls,
         atlas_bytes: statistics.after.texture_bytes,
         geometry_bytes: statistics.after.geometry_bytes,
@@ -184,6 +171,47 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         texels_kept: statistics.texels_kept,
         peak_rss_bytes: peak_rss_bytes(),
         impostors,
+    })
+}
+
+/// The promise is for cameras that look at the centre of what is represented.
+const OFF_AXIS: &str = "A camera that looks elsewhere magnifies texels by at most \
+    1 / cos\u{b2} of the angle between its axis and the direction to them.";
+
+/// What the impostor is made for.
+fn settings(options: &BakeOptions, scene: &Scene) -> Result<layered::Settings> {
+    let represented = view_cell::represented_box(scene)?;
+    let camera = PromisedCamera {
+        fov: options.fov_degrees.to_radians(),
+        resolution: options.resolution,
+    };
+    Ok(layered::Settings {
+        cell: view_cell::resolve(options.view_cell.as_ref(), represented, &camera)?,
+        represented,
+        camera,
+        bytes_per_quad: options.bytes_per_quad,
+    })
+}
+
+fn statistics(scene: &Scene, baked: &layered::Baked) -> Statistics {
+    let Body::Layered(body) = &baked.impostor.body;
+    Statistics {
+        before: farfield_bundle::cost(scene),
+        after: farfield_bundle::cost(&baked.display),
+        layers: body.layers.len() as u64,
+        quads: body.layers.iter().map(|layer| u64::from(layer.quads)).sum(),
+        texels_recorded: body.texels_recorded,
+        texels_kept: body.texels_kept,
+    }
+}
+
+/// Far ends of cells where renderers that round vertices may show pinholes.
+fn texels_too_small(smallest_texel: f64) -> Option<String> {
+    (smallest_texel < SMALLEST_TEXEL).then(|| {
+        format!(
+            "seen from the far end of the view cell a texel is {smallest_texel:.3} pixels; below \
+             {SMALLEST_TEXEL:.3}, renderers that snap vertices to 1/16 pixel may show pinholes"
+        )
     })
 }
 
@@ -220,24 +248,6 @@ fn encode(display: &Scene) -> Result<Vec<NewFile>> {
         bytes: encode_png(image),
     });
     Ok(rayon::iter::once(glb).chain(pages).collect())
-}
-
-fn describe(cell: &ViewCell) -> String {
-    match cell {
-        ViewCell::Box { center: c, size: s } => {
-            format!("box:{},{},{}:{},{},{}", c.x, c.y, c.z, s.x, s.y, s.z)
-        }
-        ViewCell::Shaft {
-            axis: d,
-            half_angle,
-            near,
-            far,
-            ..
-        } => {
-            let degrees = half_angle.to_degrees();
-            format!("shaft:{},{},{}:{degrees:.6}:{near}:{far:.6}", d.x, d.y, d.z)
-        }
-    }
 }
 
 fn summarise(statistics: &Statistics, dir: &std::path::Path, console: &Console) {

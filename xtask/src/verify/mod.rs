@@ -6,6 +6,7 @@ use crate::console::Console;
 use crate::source::{self, SceneChoice};
 use anyhow::{Context, Result, bail};
 use farfield_bundle::{Body, GLTF_FILE, Manifest};
+use farfield_sampling::Textures;
 use farfield_scene::Scene;
 use farfield_views::Pose;
 use glam::DVec3;
@@ -85,6 +86,10 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
         .find(|figures| figures.view == report.worst_view);
     let worst = worst.context("there must be at least one viewpoint")?;
     let pictures = dir.join("report");
+    if options.views.start == 0 && pictures.exists() {
+        // Those of an earlier worst view.
+        std::fs::remove_dir_all(&pictures).with_context(|| pictures.display().to_string())?;
+    }
     write_pictures(&subject, worst, &pictures)?;
     if options.views.start == 0 {
         write_json(dir, &report)?;
@@ -106,21 +111,18 @@ fn subject<'a>(
         );
     };
     let Body::Layered(body) = &one.body;
-    let last = body.layers.last().map(|layer| layer.far);
     let [min, max] = one.represented;
-    Ok(Subject::new(
+    Ok(Subject {
         original,
+        original_textures: Textures::new(original),
         impostor,
-        body.pose,
-        body.layers
-            .iter()
-            .map(|layer| layer.near)
-            .chain(last)
-            .collect(),
-        (min + max) / 2.0,
-        manifest.options.fov_degrees.to_radians(),
-        manifest.options.resolution,
-    ))
+        impostor_textures: Textures::new(impostor),
+        reference: body.pose,
+        borders: body.borders(),
+        target: (min + max) / 2.0,
+        fov: manifest.options.fov_degrees.to_radians(),
+        resolution: manifest.options.resolution,
+    })
 }
 
 /// Viewpoint number `view`, in the world.
@@ -155,7 +157,10 @@ fn summarise(figures: &[ViewFigures], manifest: &Manifest) -> VerifyReport {
 fn write_json(dir: &Path, report: &VerifyReport) -> Result<()> {
     let path = dir.join("verify.json");
     let text = serde_json::to_string_pretty(report)? + "\n";
-    std::fs::write(&path, text).with_context(|| path.display().to_string())
+    let partial = dir.join("verify.json.partial");
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, &path))
+        .with_context(|| path.display().to_string())
 }
 
 fn print(
@@ -181,6 +186,13 @@ fn print(
         "  {:<28}{:>10.4} %",
         "coverage error", percent
     ));
+    if let Some(pixels) = manifest.promise.parallax_px {
+        let how = "not measured; it follows from where the layers are";
+        console.say(format_args!(
+            "  {:<28}{:>12}   at most {pixels} ({how})",
+            "parallax, pixels", "-"
+        ));
+    }
     console.say(format_args!("  {:<28}{:>12}", "viewpoints", report.views));
     let [x, y, z] = worst.eye.to_array();
     console.say(format_args!(

@@ -4,7 +4,7 @@ use crate::pictures;
 use anyhow::{Context, Result};
 use farfield_grid::Grid;
 use farfield_metrics::{
-    Coverage, coverage, covered_in_any_sample, gap_pixels, layer_indices, phantom_pixels,
+    Coverage, NONE, coverage, covered_in_any_sample, gap_pixels, layer_indices, phantom_pixels,
 };
 use farfield_sampling::{Lighting, Textures, rasterize, shade};
 use farfield_scene::Scene;
@@ -14,43 +14,23 @@ use std::path::Path;
 
 /// What is compared with what.
 pub(super) struct Subject<'a> {
-    original: &'a Scene,
-    original_textures: Textures<'a>,
-    impostor: &'a Scene,
-    impostor_textures: Textures<'a>,
+    pub(super) original: &'a Scene,
+    pub(super) original_textures: Textures<'a>,
+    pub(super) impostor: &'a Scene,
+    pub(super) impostor_textures: Textures<'a>,
     /// The reference viewpoint.
     pub(super) reference: Pose,
     /// Depths between the layers, from the reference viewpoint.
-    borders: Vec<f64>,
-    /// What cameras look at.
-    target: DVec3,
-    fov: f64,
-    resolution: u32,
+    pub(super) borders: Vec<f64>,
+    /// What cameras look at, in the world.
+    pub(super) target: DVec3,
+    /// In radians.
+    pub(super) fov: f64,
+    /// Pixels along each side.
+    pub(super) resolution: u32,
 }
 
-impl<'a> Subject<'a> {
-    pub(super) fn new(
-        original: &'a Scene,
-        impostor: &'a Scene,
-        reference: Pose,
-        borders: Vec<f64>,
-        target: DVec3,
-        fov: f64,
-        resolution: u32,
-    ) -> Self {
-        Self {
-            original_textures: Textures::new(original),
-            impostor_textures: Textures::new(impostor),
-            original,
-            impostor,
-            reference,
-            borders,
-            target,
-            fov,
-            resolution,
-        }
-    }
-
+impl Subject<'_> {
     fn camera(&self, eye: DVec3) -> Camera {
         Camera::looking_at(eye, self.target, self.fov, self.resolution)
     }
@@ -68,6 +48,9 @@ pub(super) struct ViewFigures {
 /// Samples a pixel along each side when looking for thin things of the original.
 const SAMPLES: u32 = 4;
 
+/// Rows of pixels that are sampled finely at a time: bounds memory.
+const STRIP: u32 = 64;
+
 /// Compares original and impostor as seen from `eye`.
 pub(super) fn look(subject: &Subject<'_>, view: u64, eye: DVec3) -> ViewFigures {
     let camera = subject.camera(eye);
@@ -76,26 +59,52 @@ pub(super) fn look(subject: &Subject<'_>, view: u64, eye: DVec3) -> ViewFigures 
     let layers =
         |depth: &Grid<f64>| layer_indices(depth, &camera, &subject.reference, &subject.borders);
     let single = covered_in_any_sample(&original.objects, 1);
-    // Finer samples can only acquit pixels that single ones suspect.
-    let phantoms = match phantom_pixels(&single, &impostor.objects).is_empty() {
-        true => Vec::new(),
-        false => {
-            let fine = Camera {
-                width: camera.width * SAMPLES,
-                height: camera.height * SAMPLES,
-                ..camera
-            };
-            let samples = rasterize(subject.original, &subject.original_textures, &fine);
-            let covered = covered_in_any_sample(&samples.objects, SAMPLES as usize);
-            phantom_pixels(&covered, &impostor.objects)
-        }
-    };
+    let suspects = phantom_pixels(&single, &impostor.objects);
     ViewFigures {
         view,
         eye,
         gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
-        phantoms,
+        phantoms: convicted(subject, &camera, &suspects),
         coverage: coverage(&original.objects, &impostor.objects),
+    }
+}
+
+/// The phantom pixels among suspects, row by row: those with nothing of the original near them
+/// in finer samples either.
+fn convicted(subject: &Subject<'_>, camera: &Camera, suspects: &[[u32; 2]]) -> Vec<[u32; 2]> {
+    let strips = suspects.chunk_by(|a, b| a[1] / STRIP == b[1] / STRIP);
+    strips
+        .flat_map(|suspects| {
+            // The suspects' rows, and two more on either side.
+            let top = suspects[0][1].saturating_sub(2);
+            let bottom = (suspects[suspects.len() - 1][1] + 3).min(camera.height);
+            let samples = rasterize(
+                subject.original,
+                &subject.original_textures,
+                &fine_rows(camera, top, bottom),
+            );
+            let covered = covered_in_any_sample(&samples.objects, SAMPLES as usize);
+            let mut ids = Grid::filled(covered.width(), covered.height(), NONE);
+            for [x, y] in suspects {
+                ids[(*x as usize, (y - top) as usize)] = 0;
+            }
+            let phantoms = phantom_pixels(&covered, &ids);
+            phantoms.into_iter().map(move |[x, y]| [x, y + top])
+        })
+        .collect()
+}
+
+/// A camera of finer samples that sees the rows from `top` to before `bottom` of another.
+fn fine_rows(camera: &Camera, top: u32, bottom: u32) -> Camera {
+    let row = camera.pixel_size().y;
+    let mut extent = camera.extent;
+    extent.min.y = camera.extent.min.y + f64::from(top) * row;
+    extent.max.y = camera.extent.min.y + f64::from(bottom) * row;
+    Camera {
+        pose: camera.pose,
+        extent,
+        width: camera.width * SAMPLES,
+        height: (bottom - top) * SAMPLES,
     }
 }
 
