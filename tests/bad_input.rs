@@ -164,6 +164,46 @@ fn verify_refuses_what_is_no_bundle_or_was_changed() {
     );
 }
 
+/// A scene is all of its files: verify refuses one whose buffer or image was changed.
+#[test]
+fn a_scene_that_was_changed_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = farfield_town::house(0);
+    let uris: Vec<String> = (0..scene.images.len())
+        .map(|i| format!("{i}.png"))
+        .collect();
+    for (image, uri) in scene.images.iter().zip(&uris) {
+        fs::write(folder.path().join(uri), farfield_bundle::encode_png(image)).unwrap();
+    }
+    let path = folder.path().join("house.glb");
+    fs::write(
+        &path,
+        farfield_bundle::glb_from_scene(&scene, &uris).unwrap(),
+    )
+    .unwrap();
+    let dir = folder.path().join("bundle");
+    bake(
+        &options(SceneChoice::File(path), 64, &dir),
+        &Console::Silent,
+    )
+    .unwrap();
+    let verify = || {
+        let options = VerifyOptions {
+            dir: dir.clone(),
+            scene: None,
+            views: 0..1,
+        };
+        verify(&options, &Console::Silent)
+    };
+    assert!(verify().unwrap().holds);
+    fs::copy(folder.path().join("1.png"), folder.path().join("0.png")).unwrap();
+    let message = format!("{:#}", verify().unwrap_err());
+    assert_names(
+        &message,
+        &["house.glb", "not the scene that was baked", "--scene"],
+    );
+}
+
 /// Every file of a folder of malformed ones, where there is one beside the models, is refused or
 /// read into a sound scene.
 #[test]

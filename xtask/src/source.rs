@@ -1,7 +1,7 @@
 //! Where scenes come from.
 
 use anyhow::{Context, Result, bail};
-use farfield_bundle::SceneSource;
+use farfield_bundle::{Manifest, SceneSource};
 use farfield_scene::Scene;
 use std::path::{Path, PathBuf};
 
@@ -44,6 +44,8 @@ impl SceneChoice {
 pub(crate) struct Loaded {
     pub(crate) scene: Scene,
     pub(crate) warnings: Vec<String>,
+    /// Of all its files; empty where it has none.
+    pub(crate) sha256: String,
 }
 
 /// Reads or makes a scene and leaves out the objects named in `exclude`.
@@ -52,10 +54,12 @@ pub(crate) fn load(choice: &SceneChoice, exclude: &[String]) -> Result<Loaded> {
         SceneChoice::House => Loaded {
             scene: farfield_town::house(HOUSE_SEED),
             warnings: Vec::new(),
+            sha256: String::new(),
         },
         SceneChoice::File(path) => {
             let imported = farfield_import::read(path)?;
             Loaded {
+                sha256: sha256_of_files(path, &imported.files)?,
                 scene: imported.scene,
                 warnings: imported.warnings,
             }
@@ -73,7 +77,7 @@ pub(crate) fn load(choice: &SceneChoice, exclude: &[String]) -> Result<Loaded> {
 }
 
 /// How the manifest of a bundle in `dir` refers to a scene.
-pub(crate) fn record(choice: &SceneChoice, dir: &Path) -> Result<SceneSource> {
+pub(crate) fn record(choice: &SceneChoice, sha256: &str, dir: &Path) -> Result<SceneSource> {
     match choice {
         SceneChoice::House => Ok(SceneSource::BuiltIn {
             name: "house".into(),
@@ -88,7 +92,7 @@ pub(crate) fn record(choice: &SceneChoice, dir: &Path) -> Result<SceneSource> {
             let relative = pathdiff::diff_paths(&to, real(&from)).unwrap_or(to);
             Ok(SceneSource::File {
                 path: with_slashes(&relative)?,
-                sha256: sha256_of_file(path)?,
+                sha256: sha256.into(),
             })
         }
     }
@@ -103,19 +107,24 @@ fn with_slashes(path: &Path) -> Result<String> {
     Ok(parts.collect::<Result<Vec<_>>>()?.join("/"))
 }
 
-/// The scene that the bundle in `dir` was baked from, or `instead` of it; either must be the same
-/// bytes.
-pub(crate) fn find(
-    source: &SceneSource,
+/// Reads the scene that the bundle in `dir` was baked from, or `instead` of it; either must be the
+/// same bytes.
+pub(crate) fn load_again(
+    manifest: &Manifest,
     dir: &Path,
     instead: Option<&Path>,
-) -> Result<SceneChoice> {
-    let (path, sha256) = match (source, instead) {
-        (SceneSource::BuiltIn { name, .. }, None) if name == "house" => {
-            return Ok(SceneChoice::House);
+) -> Result<Loaded> {
+    let exclude = &manifest.options.exclude;
+    let (path, sha256) = match (&manifest.scene, instead) {
+        (SceneSource::BuiltIn { name, seed, .. }, None)
+            if name == "house" && *seed == HOUSE_SEED =>
+        {
+            return load(&SceneChoice::House, exclude);
         }
         (SceneSource::BuiltIn { name, .. }, None) => {
-            bail!("this version has no built-in scene '{name}': verify with the version that baked")
+            bail!(
+                "this version has no such built-in scene '{name}': verify with the one that baked"
+            )
         }
         (SceneSource::BuiltIn { name, .. }, Some(_)) => {
             bail!("the bundle was baked from the built-in scene '{name}': leave --scene out")
@@ -129,19 +138,33 @@ pub(crate) fn find(
             path.display()
         );
     }
-    if sha256_of_file(&path)? != *sha256 {
+    let loaded = load(&SceneChoice::File(path.clone()), exclude)?;
+    if loaded.sha256 != *sha256 {
         bail!(
             "{}: this is not the scene that was baked (its SHA-256 differs): bake it again, \
              or name the one that was baked with --scene FILE",
             path.display()
         );
     }
-    Ok(SceneChoice::File(path))
+    Ok(loaded)
 }
 
-fn sha256_of_file(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-    Ok(farfield_bundle::sha256_hex(&bytes))
+/// One checksum of a scene's own file and of those it refers to by relative paths.
+fn sha256_of_files(path: &Path, others: &[String]) -> Result<String> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let of_file = |path: &Path| {
+        let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+        Ok(farfield_bundle::sha256_hex(&bytes))
+    };
+    let own = of_file(path)?;
+    if others.is_empty() {
+        return Ok(own);
+    }
+    let others = others.iter().map(|name| of_file(&folder.join(name)));
+    let all: String = std::iter::once(Ok(own))
+        .chain(others)
+        .collect::<Result<_>>()?;
+    Ok(farfield_bundle::sha256_hex(all.as_bytes()))
 }
 
 /// A path with the symbolic links of its existing part followed: what "..", seen from there, means.

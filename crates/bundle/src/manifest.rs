@@ -126,7 +126,8 @@ pub enum SceneSource {
     File {
         /// Path relative to the bundle's folder, with slashes; may begin with "..".
         path: String,
-        /// SHA-256 of that file, in lower-case hexadecimal digits.
+        /// SHA-256 of that file, in lower-case hexadecimal digits; where it refers to other
+        /// files, of the digits of all of them, its own first, the others as they are read.
         #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
         sha256: String,
     },

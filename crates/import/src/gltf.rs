@@ -53,7 +53,11 @@ pub fn read_gltf(bytes: &[u8], load: &mut Load<'_>) -> Result<Imported, GltfErro
     let used = meshes::used_materials(&document, wanted.iter().copied()).collect();
     let looks = materials::read_materials(&document, &used, &mut notes)?;
 
-    let mut load = |path: &str| load(path);
+    let mut names = Vec::new();
+    let mut load = |path: &str| {
+        names.push(path.to_owned());
+        load(path)
+    };
     let mut files = files::Files::new(&mut load);
     let buffers = files::Buffers::load(&document, container.binary, &mut files)?;
     let size = bytes.len() as u64 + buffers.size();
@@ -88,7 +92,11 @@ pub fn read_gltf(bytes: &[u8], load: &mut Load<'_>) -> Result<Imported, GltfErro
     }
     let warnings = notes.warnings();
     debug_assert_eq!(scene.check(), Ok(()));
-    Ok(Imported { scene, warnings })
+    Ok(Imported {
+        scene,
+        warnings,
+        files: names,
+    })
 }
 
 /// Whether normals can be taken along, by the inverse of the transform.
@@ -147,7 +155,9 @@ mod tests {
     #[test]
     fn a_file_with_everything_reads_as_it_was_meant() {
         let (document, binary) = example();
-        let Imported { scene, warnings } = read(&glb(&document, &binary)).unwrap();
+        let Imported {
+            scene, warnings, ..
+        } = read(&glb(&document, &binary)).unwrap();
         assert_eq!(
             warnings,
             [
@@ -571,7 +581,9 @@ mod tests {
             let grey = image::GrayImage::from_pixel(3, 2, image::Luma([asked.len() as u8]));
             Ok(encode(grey, ImageFormat::Png))
         };
-        let Imported { scene, warnings } = read_gltf(&file, &mut load).unwrap();
+        let Imported {
+            scene, warnings, ..
+        } = read_gltf(&file, &mut load).unwrap();
         assert_eq!(asked, ["pages/000.png", "pages/001 b.png"]);
         assert_eq!(warnings, [""; 0]);
         assert_eq!(scene.images.len(), 2);
@@ -649,7 +661,9 @@ mod tests {
             "nodes": [node], "meshes": [{"primitives": [{"attributes": attributes}, {"attributes": {}, "mode": 0}]}],
         }))
         };
-        let Imported { scene, warnings } = read(&file(odd, json!({"mesh": 0}))).unwrap();
+        let Imported {
+            scene, warnings, ..
+        } = read(&file(odd, json!({"mesh": 0}))).unwrap();
         assert_eq!(scene.normals, [Vec3::Z, Vec3::Z, Vec3::Y]);
         assert_eq!(scene.uvs, [Vec2::ZERO, Vec2::ONE, Vec2::splat(2.0)]);
         assert_eq!(scene.colors[0], Vec4::new(1.0, 0.0, 0.5, 1.0));
@@ -671,7 +685,9 @@ mod tests {
         assert_eq!(scene.materials, [farfield_scene::Material::default()]);
 
         let flat = file(plain, json!({"mesh": 0, "scale": [1, 1, 0]}));
-        let Imported { scene, warnings } = read(&flat).unwrap();
+        let Imported {
+            scene, warnings, ..
+        } = read(&flat).unwrap();
         assert_eq!(scene.objects, []);
         assert_eq!(
             warnings[1],

@@ -12,6 +12,9 @@ pub struct Imported {
     pub scene: Scene,
     /// One line each, with a count, such as "triangles without area, dropped: 108".
     pub warnings: Vec<String>,
+    /// Files beside the scene's own that were read, as paths relative to it, in the order of
+    /// reading, each once.
+    pub files: Vec<String>,
 }
 
 /// Why a scene cannot be read.

@@ -135,7 +135,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             view_cell: settings.cell,
             exclude: options.exclude.clone(),
         },
-        scene: source::record(&options.scene, &dir)?,
+        scene: source::record(&options.scene, &loaded.sha256, &dir)?,
         promise: Promise {
             gap_pixels: Some(0),
             parallax_px: Some(1.0),

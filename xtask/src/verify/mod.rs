@@ -57,12 +57,10 @@ const SEED: u64 = 0x7665_7269_6679;
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
     let dir = &options.dir;
     let manifest = console.stage("read bundle", || farfield_bundle::read(dir))?;
-    let choice = source::find(&manifest.scene, dir, options.scene.as_deref())?;
-    let original = console
-        .stage("read original", || {
-            source::load(&choice, &manifest.options.exclude)
-        })?
-        .scene;
+    let original = console.stage("read original", || {
+        source::load_again(&manifest, dir, options.scene.as_deref())
+    })?;
+    let original = original.scene;
     let impostor = source::load(&SceneChoice::File(dir.join(GLTF_FILE)), &[])?.scene;
     let subject = subject(&manifest, &original, &impostor)?;
 
