@@ -2,6 +2,7 @@
 
 use farfield_grid::{BitMask, Rect};
 use farfield_quads::{Growth, Price, count_padded_texels, cover, grow_boxes};
+use std::collections::BTreeMap;
 
 /// Jeschke, Accelerating the Rendering Process Using Impostors, 2005, Table 3.1: side of a block
 /// in texels, quads, texture memory in kB; a dragon, 6 layers of 397 x 677 texels of 4 bytes
@@ -36,6 +37,7 @@ const HALVINGS: u32 = 10;
 ///   it compares with Table 3.1, of which we do not know the opaque texels
 #[expect(clippy::print_stdout, reason = "the table is what this bench makes")]
 pub(crate) fn table(models: &[(String, Vec<BitMask>)]) {
+    let mut wastes: BTreeMap<u32, Vec<f64>> = BTreeMap::new();
     for (name, layers) in models {
         let opaque: usize = layers.iter().map(BitMask::count).sum();
         let tight: Vec<Rect> = layers.iter().filter_map(BitMask::bounds).collect();
@@ -60,6 +62,7 @@ pub(crate) fn table(models: &[(String, Vec<BitMask>)]) {
             let ours = cover_with_at_most(layers, grown.len());
             let [a, b] = [&grown, &ours].map(|rects| count_padded_texels(rects) as f64);
             let waste = (b - opaque as f64) / (a - opaque as f64);
+            wastes.entry(block).or_default().push(waste);
             let [a_bytes, b_bytes] = [&grown, &ours].map(|rects| PRICE.bytes(rects));
             println!(
                 "{block:5} | {:6} {a:9} {:8.0} | {:6} {b:9} {:8.0}    | {waste:5.3} {:6.3} {:6.3} | {:7.3} {:5.3} {:7.3} ({:.1} {:.1} {:.1})",
@@ -84,6 +87,12 @@ pub(crate) fn table(models: &[(String, Vec<BitMask>)]) {
             count_padded_texels(&best),
             PRICE.bytes(&best) / 1000.0
         );
+    }
+    println!("\nwaste of cover as a share of box growing's, over all models");
+    for (block, mut shares) in wastes {
+        shares.sort_by(f64::total_cmp);
+        let (median, worst) = (shares[shares.len() / 2], shares[shares.len() - 1]);
+        println!("block {block:3}: median {median:.3}, worst {worst:.3}");
     }
 }
 
