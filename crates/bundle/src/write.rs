@@ -241,7 +241,7 @@ impl Drop for MadeFolders {
     }
 }
 
-/// Checks that [`write`] may put a bundle at `dir`: that it does not exist, is empty, or holds a
+/// Checks that [`write()`] may put a bundle at `dir`: that it does not exist, is empty, or holds a
 /// bundle. Worth asking before long work.
 ///
 /// # Errors

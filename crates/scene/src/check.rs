@@ -6,7 +6,7 @@ use std::ops::Range;
 /// What does not fit together in a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SceneError {
-    /// The array and the element, such as "triangles[7]".
+    /// The array and the element, such as `triangles[7]`.
     pub place: String,
     /// What is wrong with it.
     pub problem: String,
