@@ -2,7 +2,7 @@
 
 use crate::coverage::{nearest_on_border, span, touched_columns, touched_rows};
 use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
-use crate::surface::{Hit, is_there};
+use crate::surface::{AlphaBetween, Hit, alpha_between, is_there};
 use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
 use farfield_grid::BitMask;
 use farfield_scene::{Material, Scene};
@@ -98,7 +98,8 @@ const BAND: usize = 16;
 /// (Jeschke, 2005, section 3.3.2 draws outlines and repairs diagonals instead.)
 ///
 /// A texel of a material with an alpha cutoff is set if alpha reaches it at the piece's point
-/// nearest to the texel's centre or at one of 4 x 4 points in the texel. A triangle of a
+/// nearest to the texel's centre, or anywhere on what of the piece lies in the texel, as far as a
+/// search down to 1/256 of that finds it. A triangle of a
 /// single-sided material is left out where no corner of the view cell lies in front of its plane.
 ///
 /// Where several pieces touch a texel of a layer, front faces win over back faces (seen from the
@@ -424,32 +425,25 @@ fn draw_piece(
             }
             let hit = |weights| hit(object, triangle, weights);
             if masked && !is_there(scene, textures, material, &hit(weights)) {
-                let Some((point, passing)) = interpolation.and_then(|inside| {
-                    sub_samples(center)
-                        .map(|point| {
-                            (
-                                point,
-                                inside.barycentric(point),
-                                inside.inverse_depth(point),
-                            )
-                        })
-                        .filter(|(_, w, inverse)| {
-                            w.min_element() >= 0.0 && slab.contains(&inverse.recip())
-                        })
-                        .map(|(point, weights, _)| (point, weights))
-                        .find(|(_, weights)| is_there(scene, textures, material, &hit(*weights)))
-                }) else {
-                    continue;
-                };
-                weights = passing;
-                rank.class |= 1;
-                rank.distance = point.distance_squared(center);
+                // Something else of the texel is worth a search only while nothing occludes.
                 if current
                     .as_ref()
-                    .is_some_and(|(best, _)| !rank.is_better_than(best))
+                    .is_some_and(|(_, best)| best.occludes || !piece.front)
                 {
                     continue;
                 }
+                let part = part_in_texel(camera, &polygon, center);
+                let alpha =
+                    |corners| alpha_between(scene, textures, material, piece.drawn, corners);
+                let passes = |weights| is_there(scene, textures, material, &hit(weights));
+                let Some(passing) = some_point(part, alpha, passes) else {
+                    continue;
+                };
+                weights = passing.weights;
+                rank.class |= 1;
+                rank.distance = camera
+                    .pixel_from_view(passing.point)
+                    .distance_squared(center);
             }
             let sample = Sample {
                 x: x as u16,
@@ -478,21 +472,85 @@ fn beside(polygon: &[Corner], outline: &[DVec2], center: DVec2) -> (DVec2, DVec3
     )
 }
 
-/// The 4 x 4 sub-samples of a texel, those nearest to its centre first.
-fn sub_samples(center: DVec2) -> impl Iterator<Item = DVec2> {
-    const INNER: [f64; 2] = [-0.125, 0.125];
-    const OUTER: [f64; 2] = [-0.375, 0.375];
-    [
-        (INNER, INNER),
-        (INNER, OUTER),
-        (OUTER, INNER),
-        (OUTER, OUTER),
-    ]
-    .into_iter()
-    .flat_map(move |(xs, ys)| {
-        ys.into_iter()
-            .flat_map(move |y| xs.map(|x| center + DVec2::new(x, y)))
-    })
+/// The part of a polygon that lies in the texel around `center`.
+fn part_in_texel(camera: &Camera, polygon: &[Corner], center: DVec2) -> Vec<Corner> {
+    let [low, high] = [center - 0.5, center + 0.5].map(|p| camera.view_from_pixel(p, 1.0));
+    let mut part = cut_to_side(polygon, |p| p.x - low.x * p.z);
+    part = cut_to_side(&part, |p| high.x * p.z - p.x);
+    part = cut_to_side(&part, |p| p.y - low.y * p.z);
+    cut_to_side(&part, |p| high.y * p.z - p.y)
+}
+
+/// How often a polygon is split in search of a point: until its parts are within a texel of the
+/// texture, but at least and at most so often. The least makes 16 parts or more.
+const SPLITS: [usize; 2] = [2, 4];
+
+/// A point of a convex polygon that passes, if there is one that can be found: parts where points
+/// may pass are split until one does.
+///
+/// The search is on the polygon, not on a lattice of the texel: a card seen edge-on is thinner
+/// than any lattice, but from elsewhere in the view cell it is not.
+fn some_point(
+    polygon: Vec<Corner>,
+    alpha: impl Fn([DVec3; 3]) -> AlphaBetween,
+    passes: impl Fn(DVec3) -> bool,
+) -> Option<Corner> {
+    let fan = 1..polygon.len().saturating_sub(1);
+    let mut parts: Vec<[Corner; 3]> = fan
+        .map(|i| [polygon[0], polygon[i], polygon[i + 1]])
+        .collect();
+    for splits in 0..=SPLITS[1] {
+        let mut divisible = Vec::new();
+        for corners in &parts {
+            let alpha = alpha(corners.map(|corner| corner.weights));
+            if alpha.may_be_there {
+                let center = middle(corners);
+                if passes(center.weights) {
+                    return Some(center);
+                }
+                if splits < SPLITS[0] || !alpha.within_texel {
+                    divisible.push(*corners);
+                }
+            }
+        }
+        parts = divisible.iter().flat_map(quarters).collect();
+    }
+    None
+}
+
+/// A triangle cut at the middles of its edges.
+fn quarters([a, b, c]: &[Corner; 3]) -> [[Corner; 3]; 4] {
+    let [ab, bc, ca] = [[*a, *b], [*b, *c], [*c, *a]].map(|edge| middle(&edge));
+    [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
+}
+
+fn middle(corners: &[Corner]) -> Corner {
+    let count = corners.len() as f64;
+    Corner {
+        point: corners.iter().map(|corner| corner.point).sum::<DVec3>() / count,
+        weights: corners.iter().map(|corner| corner.weights).sum::<DVec3>() / count,
+    }
+}
+
+/// The part of a convex polygon on the side of a plane where `distance`, linear in the point, is
+/// not negative.
+fn cut_to_side(polygon: &[Corner], distance: impl Fn(DVec3) -> f64) -> Vec<Corner> {
+    let mut rest = Vec::with_capacity(polygon.len() + 1);
+    for (i, a) in polygon.iter().enumerate() {
+        let b = &polygon[(i + 1) % polygon.len()];
+        let (da, db) = (distance(a.point), distance(b.point));
+        if da >= 0.0 {
+            rest.push(*a);
+        }
+        if da * db < 0.0 {
+            let t = da / (da - db);
+            rest.push(Corner {
+                point: a.point.lerp(b.point, t),
+                weights: a.weights.lerp(b.weights, t),
+            });
+        }
+    }
+    rest
 }
 
 fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {

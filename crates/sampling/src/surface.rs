@@ -118,6 +118,46 @@ pub(crate) fn is_there(
     alpha >= cutoff
 }
 
+/// What is known about alpha between three points of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct AlphaBetween {
+    /// Whether the surface may be there somewhere; in doubt yes.
+    pub(crate) may_be_there: bool,
+    /// Whether they are so near each other that alpha hardly changes between them: within a texel
+    /// of the texture.
+    pub(crate) within_texel: bool,
+}
+
+/// Bounds alpha between three points of a triangle, given by their barycentric coordinates.
+pub(crate) fn alpha_between(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    material: &Material,
+    Drawn { object, triangle }: Drawn,
+    points: [DVec3; 3],
+) -> AlphaBetween {
+    let (Some(cutoff), Some(texture)) = (material.alpha.cutoff(), material.base_color_texture)
+    else {
+        return AlphaBetween {
+            may_be_there: true,
+            within_texel: true,
+        };
+    };
+    let vertices = scene.triangle_in(object, triangle).map(|v| v as usize);
+    let uvs = vertices.map(|v| scene.uvs[v]);
+    let points = points.map(|weights| mix2(uvs, weights.as_vec3().to_array()));
+    let min = points.into_iter().fold(Vec2::INFINITY, Vec2::min);
+    let max = points.into_iter().fold(Vec2::NEG_INFINITY, Vec2::max);
+    let vertex_alpha = vertices.map(|v| scene.colors[v].w);
+    let vertex_alpha = vertex_alpha.into_iter().fold(0.0, f32::max);
+    let bound = textures.alpha_bound(texture, [min, max]);
+    AlphaBetween {
+        // A little more, for rounding.
+        may_be_there: material.base_color.w * vertex_alpha * bound * 1.001 >= cutoff,
+        within_texel: ((max - min) * textures.size(texture)).max_element() < 1.0,
+    }
+}
+
 /// Growth of uv per column and per row of the camera's picture; zero where the triangle is seen
 /// edge-on.
 fn uv_footprint(

@@ -1,5 +1,6 @@
 //! Texture look-up: wrap modes, filters, levels of detail.
 
+use farfield_grid::Grid;
 use farfield_scene::{Filter, Image, Scene, Texture, Wrap};
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -16,6 +17,8 @@ pub struct Textures<'a> {
     color: Vec<Vec<Level<'a>>>,
     /// Per image, for data that is linear at rest (normals, roughness): finest first.
     data: Vec<Vec<Level<'a>>>,
+    /// Per image that masks: greatest alpha in blocks of texels, finest first; else empty.
+    greatest_alpha: Vec<Vec<Grid<u8>>>,
     linear: [f32; 256],
 }
 
@@ -45,6 +48,21 @@ impl<'a> Textures<'a> {
             note(material.metallic_roughness_texture, 1);
             note(material.normal_texture, 1);
         }
+        let mut masks = vec![false; scene.images.len()];
+        for material in scene
+            .materials
+            .iter()
+            .filter(|m| m.alpha.cutoff().is_some())
+        {
+            if let Some(texture) = material.base_color_texture {
+                masks[scene.textures[texture as usize].image as usize] = true;
+            }
+        }
+        let greatest_alpha = scene.images.par_iter().zip(&masks);
+        let greatest_alpha = greatest_alpha.map(|(image, &masks)| match masks {
+            true => greatest_alpha_pyramid(image),
+            false => Vec::new(),
+        });
         let linear = std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0));
         let pyramids = |minified: &[bool], decode: fn(f32) -> f32, encode: fn(f32) -> f32| {
             let images = scene.images.par_iter().zip(minified);
@@ -56,6 +74,7 @@ impl<'a> Textures<'a> {
             scene,
             color: pyramids(&minified[0], linear_from_srgb, srgb_from_linear),
             data: pyramids(&minified[1], |v| v, |v| v),
+            greatest_alpha: greatest_alpha.collect(),
             linear,
         }
     }
@@ -91,6 +110,57 @@ impl<'a> Textures<'a> {
             })
             .w
     }
+
+    /// Columns and rows of a texture at its finest level of detail.
+    pub(crate) fn size(&self, texture: u32) -> Vec2 {
+        let level = &self.color[self.scene.textures[texture as usize].image as usize][0];
+        Vec2::new(level.width as f32, level.height as f32)
+    }
+
+    /// A bound of the alpha of a masked texture anywhere between two corners in uv.
+    pub(crate) fn alpha_bound(&self, texture: u32, [min, max]: [Vec2; 2]) -> f32 {
+        let texture = &self.scene.textures[texture as usize];
+        let levels = &self.greatest_alpha[texture.image as usize];
+        let size = Vec2::new(levels[0].width() as f32, levels[0].height() as f32);
+        // Filters reach half a texel beyond; the rest is for rounding.
+        let (min, max) = (min * size - 0.51, max * size + 0.51);
+        let tile = (min / size).floor() * size;
+        let (min, max) = (min - tile, max - tile);
+        // What reaches over the border of the image is wrapped in one of several ways.
+        if tile != Vec2::ZERO && texture.wrap != [Wrap::Repeat; 2] || max.cmpge(size).any() {
+            return 1.0;
+        }
+        // Few blocks, but not much larger together than what is asked for.
+        let level = ((max - min).max_element() / 4.0).log2().ceil().max(0.0) as usize;
+        let level = level.min(levels.len() - 1);
+        let block = |texel: f32| texel as usize >> level;
+        let rows = block(min.y)..=block(max.y);
+        let greatest = rows
+            .flat_map(|y| &levels[level].row(y)[block(min.x)..=block(max.x)])
+            .max();
+        f32::from(greatest.copied().unwrap_or(0)) / 255.0
+    }
+}
+
+/// The greatest alpha in blocks of 1, 2, 4, ... texels a side, up to the whole image.
+fn greatest_alpha_pyramid(image: &Image) -> Vec<Grid<u8>> {
+    let alpha = image.texels.iter().map(|texel| texel[3]).collect();
+    let finest = Grid::from_cells(image.width as usize, image.height as usize, alpha);
+    let coarser = |fine: &Grid<u8>| {
+        let (width, height) = (fine.width(), fine.height());
+        (width.max(height) > 1).then(|| {
+            let greatest = |x: usize, y: usize| {
+                let columns = 2 * x..(2 * x + 2).min(width);
+                let rows = 2 * y..(2 * y + 2).min(height);
+                let alpha = rows.flat_map(|y| &fine.row(y)[columns.clone()]);
+                alpha.copied().max().unwrap_or(0)
+            };
+            let (width, height) = (width.div_ceil(2), height.div_ceil(2));
+            let blocks = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            Grid::from_cells(width, height, blocks.map(|(x, y)| greatest(x, y)).collect())
+        })
+    };
+    std::iter::successors(Some(finest), coarser).collect()
 }
 
 /// Levels of detail of an image, each half as large as the one before, down to 1 x 1; only the

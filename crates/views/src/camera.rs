@@ -2,6 +2,7 @@
 
 use crate::Pose;
 use glam::{DVec2, DVec3};
+use std::ops::Range;
 
 /// Lateral bounds of a frustum per unit of depth, in view space.
 ///
@@ -81,6 +82,20 @@ impl Camera {
         self.extent.size() / DVec2::new(f64::from(self.width), f64::from(self.height))
     }
 
+    /// A camera that sees only some columns and rows of this one's picture.
+    pub fn window(&self, columns: &Range<u32>, rows: &Range<u32>) -> Self {
+        let at = |x: u32, y: u32| self.view_from_pixel(DVec2::new(x.into(), y.into()), 1.0);
+        Self {
+            pose: self.pose,
+            extent: Extent {
+                min: at(columns.start, rows.start).truncate(),
+                max: at(columns.end, rows.end).truncate(),
+            },
+            width: columns.end - columns.start,
+            height: rows.end - rows.start,
+        }
+    }
+
     /// Pixel coordinates of a point in view space; pixel (i, j) covers [i, i+1] x [j, j+1].
     ///
     /// Meaningful only for a positive depth z.
@@ -117,6 +132,17 @@ mod tests {
     }
 
     proptest! {
+        /// A window sees each of its pixels where the whole picture has it.
+        #[test]
+        fn a_window_sees_what_the_whole_sees(x in 0..20u32, y in 0..20u32, slope in -1.0..1.0f64) {
+            let camera = Camera::looking_at(DVec3::ZERO, DVec3::Z, 1.0, 32);
+            let window = camera.window(&(x..x + 7), &(y..y + 12));
+            prop_assert_eq!([window.width, window.height], [7, 12]);
+            let point = DVec3::new(slope, -slope / 2.0, 1.0);
+            let whole = camera.pixel_from_view(point) - DVec2::new(x.into(), y.into());
+            prop_assert!(whole.distance(window.pixel_from_view(point)) < 1e-10);
+        }
+
         /// A pixel taken to a point and back is the same pixel, off-axis extents included.
         #[test]
         fn pixel_from_view_inverts_view_from_pixel(

@@ -2,11 +2,11 @@
 
 use crate::pictures;
 use anyhow::{Context, Result};
-use farfield_grid::Grid;
+use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     Coverage, NONE, coverage, covered_in_any_sample, gap_pixels, layer_indices, phantom_pixels,
 };
-use farfield_sampling::{Lighting, Textures, rasterize, shade};
+use farfield_sampling::{Lighting, Textures, rasterize, record, shade};
 use farfield_scene::Scene;
 use farfield_views::{Camera, Pose};
 use glam::{DVec3, Vec3};
@@ -45,11 +45,8 @@ pub(super) struct ViewFigures {
     pub(super) coverage: Coverage,
 }
 
-/// Samples a pixel along each side when looking for thin things of the original.
-const SAMPLES: u32 = 4;
-
-/// Rows of pixels that are sampled finely at a time: bounds memory.
-const STRIP: u32 = 64;
+/// Side of the tiles that suspects are looked at in, in pixels: bounds time and memory.
+const TILE: u32 = 64;
 
 /// Compares original and impostor as seen from `eye`.
 pub(super) fn look(subject: &Subject<'_>, view: u64, eye: DVec3) -> ViewFigures {
@@ -64,48 +61,51 @@ pub(super) fn look(subject: &Subject<'_>, view: u64, eye: DVec3) -> ViewFigures 
         view,
         eye,
         gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
-        phantoms: convicted(subject, &camera, &suspects),
+        phantoms: convicted(subject, &camera, suspects),
         coverage: coverage(&original.objects, &impostor.objects),
     }
 }
 
-/// The phantom pixels among suspects, row by row: those with nothing of the original near them
-/// in finer samples either.
-fn convicted(subject: &Subject<'_>, camera: &Camera, suspects: &[[u32; 2]]) -> Vec<[u32; 2]> {
-    let strips = suspects.chunk_by(|a, b| a[1] / STRIP == b[1] / STRIP);
-    strips
+/// The phantom pixels among suspects: those with nothing of the original near them, however thin,
+/// that a sample a pixel could have missed.
+fn convicted(subject: &Subject<'_>, camera: &Camera, mut suspects: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
+    let tile = |[x, y]: &[u32; 2]| (y / TILE, x / TILE);
+    suspects.sort_by_key(tile);
+    let tiles = suspects.chunk_by(|a, b| tile(a) == tile(b));
+    let mut phantoms: Vec<_> = tiles
         .flat_map(|suspects| {
-            // The suspects' rows, and two more on either side.
-            let top = suspects[0][1].saturating_sub(2);
-            let bottom = (suspects[suspects.len() - 1][1] + 3).min(camera.height);
-            let samples = rasterize(
-                subject.original,
-                &subject.original_textures,
-                &fine_rows(camera, top, bottom),
-            );
-            let covered = covered_in_any_sample(&samples.objects, SAMPLES as usize);
+            // The suspects, and two more pixels on every side.
+            let bound = |axis: usize, limit: u32| {
+                let along = suspects.iter().map(|at| at[axis]);
+                let (min, max) = (along.clone().min().unwrap_or(0), along.max().unwrap_or(0));
+                min.saturating_sub(2)..(max + 3).min(limit)
+            };
+            let (columns, rows) = (bound(0, camera.width), bound(1, camera.height));
+            let covered = touched(subject, &camera.window(&columns, &rows));
             let mut ids = Grid::filled(covered.width(), covered.height(), NONE);
             for [x, y] in suspects {
-                ids[(*x as usize, (y - top) as usize)] = 0;
+                ids[((x - columns.start) as usize, (y - rows.start) as usize)] = 0;
             }
             let phantoms = phantom_pixels(&covered, &ids);
-            phantoms.into_iter().map(move |[x, y]| [x, y + top])
+            phantoms
+                .into_iter()
+                .map(move |[x, y]| [x + columns.start, y + rows.start])
         })
-        .collect()
+        .collect();
+    phantoms.sort_by_key(|[x, y]| (*y, *x));
+    phantoms
 }
 
-/// A camera of finer samples that sees the rows from `top` to before `bottom` of another.
-fn fine_rows(camera: &Camera, top: u32, bottom: u32) -> Camera {
-    let row = camera.pixel_size().y;
-    let mut extent = camera.extent;
-    extent.min.y = camera.extent.min.y + f64::from(top) * row;
-    extent.max.y = camera.extent.min.y + f64::from(bottom) * row;
-    Camera {
-        pose: camera.pose,
-        extent,
-        width: camera.width * SAMPLES,
-        height: (bottom - top) * SAMPLES,
-    }
+/// The pixels that anything of the original touches, hidden or not.
+fn touched(subject: &Subject<'_>, camera: &Camera) -> BitMask {
+    let everything = record(
+        subject.original,
+        &subject.original_textures,
+        camera,
+        &[0.0, f64::INFINITY],
+        &[camera.pose.eye.extend(1.0)],
+    );
+    everything.masks(0, camera.width, camera.height).opaque
 }
 
 const GAP: Vec3 = Vec3::new(1.0, 0.0, 0.0);
