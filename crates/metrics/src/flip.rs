@@ -37,7 +37,7 @@ const REACH: u32 = 10;
 /// * `original`, `impostor` - sRGB as displayed, over the background
 /// * `region` - such as [`compared_region`](crate::compared_region) finds
 ///
-/// About 0.4 µs a pixel of the region's bounds.
+/// About 1 µs a pixel of the region's bounds.
 ///
 /// # Panics
 ///

@@ -20,7 +20,7 @@ const STABLE: [f64; 2] = [6.5025, 58.5225];
 /// * `original`, `impostor` - sRGB as displayed, over the background
 /// * `region` - such as [`compared_region`](crate::compared_region) finds; windows see beyond it
 ///
-/// About 0.15 µs a pixel of the region's bounds.
+/// About 0.2 µs a pixel of the region's bounds.
 ///
 /// # Panics
 ///

@@ -103,35 +103,36 @@ impl Tracer {
         let ray = Ray::new(self, origin, direction);
         // How far beyond the range, then how far along the ray: the least is what is asked for.
         let rank = |t: f64| ((range[0] - t).max(t - range[1]).max(0.0), t);
-        let best_within = |node: &Bvh2Node| {
-            let [near, far] = ray.inside(node.aabb())?;
-            Some(rank(range[0].clamp(near.max(0.0), far)))
+        let best_in = |index: u32| {
+            let [near, far] = ray.inside(self.nodes[index as usize].aabb())?;
+            Some((rank(range[0].clamp(near.max(0.0), far)), index))
         };
         let mut best = (f64::INFINITY, f64::INFINITY);
-        let mut stack = Vec::with_capacity(64);
-        let root = self.nodes.first().and_then(best_within);
-        stack.extend(root.map(|rank| (rank, 0)));
-        while let Some((least, index)) = stack.pop() {
+        let mut waiting = Vec::with_capacity(64);
+        let root = if self.nodes.is_empty() {
+            None
+        } else {
+            best_in(0)
+        };
+        waiting.extend(root);
+        while let Some((least, index)) = waiting.pop() {
             if least >= best {
                 continue;
             }
-            let node: &Bvh2Node = &self.nodes[index as usize];
+            let node = &self.nodes[index as usize];
             let first = node.first_index;
             if node.is_leaf() {
-                let triangle = &self.triangles[first as usize];
-                if let Some(t) = ray.meet(triangle, node.aabb()) {
+                if let Some(t) = ray.meet(&self.triangles[first as usize], node.aabb()) {
                     let found = rank(t);
                     best = if found < best { found } else { best };
                 }
                 continue;
             }
-            let mut children = [first, first + 1]
-                .map(|child| best_within(&self.nodes[child as usize]).map(|rank| (rank, child)));
-            // The better one is looked at first: `None` is less than anything.
-            if children[0] < children[1] {
-                children.swap(0, 1);
+            // The better child is looked at first.
+            match (best_in(first), best_in(first + 1)) {
+                (Some(a), Some(b)) if a.0 < b.0 => waiting.extend([b, a]),
+                (a, b) => waiting.extend(a.into_iter().chain(b)),
             }
-            stack.extend(children.into_iter().flatten());
         }
         best.1.is_finite().then_some(best.1)
     }
@@ -183,7 +184,10 @@ impl Ray {
             axes,
             per_length: direction[z].recip(),
             shear: [axes[1], axes[2]].map(|axis| direction[axis] / direction[z]),
-            inverse: (direction * tracer.scale).recip(),
+            // Finite where a direction is 0, or a ray in a side of a box would give NaN.
+            inverse: (direction * tracer.scale)
+                .recip()
+                .clamp(DVec3::MIN, DVec3::MAX),
             start: [start + slack, start - slack],
         }
     }
@@ -195,13 +199,8 @@ impl Ray {
     fn inside(&self, bounds: &Aabb) -> Option<[f64; 2]> {
         let lower = (bounds.min.as_dvec3() - self.start[0]) * self.inverse;
         let upper = (bounds.max.as_dvec3() - self.start[1]) * self.inverse;
-        // Where a direction is 0 and a side is hit exactly this is NaN, which `f64::min` and
-        // `f64::max` pass over; the side is that of the enlarged box, so nothing is lost.
-        let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
-        for axis in 0..3 {
-            near = near.max(lower[axis].min(upper[axis]));
-            far = far.min(lower[axis].max(upper[axis]));
-        }
+        let near = lower.min(upper).max_element();
+        let far = lower.max(upper).min_element();
         (near <= far && far > 0.0).then_some([near, far])
     }
 
