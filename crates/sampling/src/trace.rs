@@ -84,7 +84,7 @@ impl Tracer {
     /// * `origin`, `direction` - in the world; the direction need not have length 1
     /// * `range` - least and greatest distance; either may be infinite
     ///
-    /// About 1 µs in 50 parallel layers of 100 quads.
+    /// About 2 µs in 50 parallel layers of 100 quads.
     ///
     /// # Panics
     ///
@@ -362,16 +362,19 @@ mod tests {
             }
         }
 
-        /// No ray slips through a folded sheet, from near or far, aimed at its vertices, at its
+        /// No ray slips through a folded or flat sheet, from near or far, aimed at its vertices, at its
         /// edges or anywhere.
         #[test]
         fn sheets_are_watertight(
-            heights in prop::collection::vec(-0.2..0.2f32, 25),
+            // In a flat sheet boxes of triangles have no thickness and share their sides.
+            heights in prop_oneof![
+                prop::collection::vec(-0.2..0.2f32, 25), Just(vec![0.0; 25]),
+            ],
             moved in prop_oneof![Just(0.0), Just(1e6)],
             away in prop_oneof![Just(1.0), Just(1e3), Just(1e6)],
             (side, aims) in (
                 prop::array::uniform2(-0.2..0.2f64),
-                prop::collection::vec((0..9u8, 0..9u8, 0.0..0.25f64, 0..4u8), 20),
+                prop::collection::vec((0..9u8, 0..9u8, 0.0..0.25f64, 0..4u8), 80),
             ),
         ) {
             let point = |i: usize| {
