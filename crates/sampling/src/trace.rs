@@ -433,6 +433,29 @@ mod tests {
         }
     }
 
+    /// The apex is a corner of all boxes: rounding alone would let rays pass by them.
+    #[test]
+    fn the_apex_of_a_pyramid_is_hit_from_everywhere() {
+        let base = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[x, y]| [x, y, 0.0]);
+        let apex = [0.0, 0.0, 0.161];
+        let sides = (0..4).flat_map(|i| [base[i], base[(i + 1) % 4], apex]);
+        let mut scene = soup(&sides.collect::<Vec<_>>());
+        let moved = DVec3::new(1e6, 1e6, -1e6);
+        scene.objects[0].world_from_mesh = DAffine3::from_translation(moved);
+        let tracer = Tracer::new(&scene);
+        let apex = moved + DVec3::from(apex.map(f64::from));
+        for i in 0..10_000 {
+            let slope = DVec3::new(f64::from(i % 100) / 501.0, f64::from(i / 100) / 499.0, 1.0);
+            let origin = moved + slope;
+            let first = tracer.nearest_to_range(origin, apex - origin, [0.0, f64::INFINITY]);
+            // Coordinates of 1e6 are known to 1e-10.
+            assert!(
+                first.is_some_and(|t| (t - 1.0).abs() < 1e-8),
+                "{first:?} from {slope}"
+            );
+        }
+    }
+
     #[test]
     fn nothing_is_met_in_an_empty_scene() {
         let range = [0.0, f64::INFINITY];
