@@ -12,6 +12,8 @@ mod rasterize;
 mod coverage;
 mod record;
 
+mod trace;
+
 pub use geometry::seen_bounds;
 pub use light::{Lighting, lit_color};
 pub use rasterize::{NONE, Visibility, rasterize, shade};
@@ -19,3 +21,4 @@ pub use rasterize::{NONE, Visibility, rasterize, shade};
 pub use record::{LayerMasks, Recording, Sample, record, sample_colors};
 pub use surface::{Hit, Surface, surface_at};
 pub use textures::{Textures, linear_from_srgb, srgb_from_linear};
+pub use trace::Tracer;

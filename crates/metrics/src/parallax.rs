@@ -1,0 +1,286 @@
+//! How far surface points are displaced on the screen.
+
+use crate::{Distribution, NONE, layer_indices};
+use farfield_grid::Grid;
+use farfield_views::{Camera, Pose};
+use glam::{DVec2, DVec3};
+
+/// Where and how an impostor was recorded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RecordedFrom<'a> {
+    /// The reference viewpoint: layers lie across its view axis.
+    pub reference: Pose,
+    /// Ascending depths from the reference viewpoint, one more than layers; what lies before the
+    /// first or behind the last belongs to the first or last layer. Two where there are no
+    /// layers.
+    pub borders: &'a [f64],
+    /// Width and height of a texel at unit depth, along the reference viewpoint's right and down.
+    pub texel: DVec2,
+}
+
+/// Displacements of the surface points that one view of the original shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParallaxErrors {
+    /// Distances between where points are and where the impostor shows them, in pixels.
+    pub errors: Distribution,
+    /// The greatest of them, in pixels, and its pixel (x, y); the first of several.
+    pub worst: Option<(f64, [u32; 2])>,
+    /// The pixels (x, y) displaced by more than the limit, row by row.
+    pub above: Vec<[u32; 2]>,
+    /// The pixels (x, y) whose ray meets nothing that the camera has before it, row by row.
+    pub unmet: Vec<[u32; 2]>,
+}
+
+/// Measures how far the impostor displaces what a camera sees of the original.
+///
+/// A surface point X of the original was recorded along the ray from the reference viewpoint
+/// through X. The impostor shows it where that ray meets the impostor's geometry, at X', and the
+/// error is the distance between X and X' on the screen. Of several such places X' is the one
+/// nearest in depth to the range of the layer that X falls in.
+///
+/// A surface point within a texel of something recorded can itself be unrecorded, such as a
+/// sub-sample of a masked leaf. So where the ray meets nothing within the range, the eight rays
+/// one texel beside it are tried too, and of all places met the nearest to the range counts, of
+/// equally near ones the one with the least error.
+///
+/// * `depth` - of the original along the camera's view axis, in metres; infinite where nothing
+///   is seen
+/// * `limit` - in pixels; only decides what is listed as above it
+/// * `meet` - given a direction in the world and a range of depths: the depth nearest to the
+///   range at which the ray from the reference viewpoint meets the impostor. The direction's
+///   length along the view axis is 1, so depths count lengths of it.
+///
+/// # Panics
+///
+/// When `depth` is not of the camera's size, or there are fewer than two borders.
+pub fn parallax(
+    depth: &Grid<f64>,
+    camera: &Camera,
+    recorded: &RecordedFrom<'_>,
+    limit: f64,
+    meet: impl Fn(DVec3, [f64; 2]) -> Option<f64>,
+) -> ParallaxErrors {
+    let RecordedFrom {
+        reference, borders, ..
+    } = *recorded;
+    let layers = layer_indices(depth, camera, &reference, borders);
+    let mut result = ParallaxErrors::default();
+    for (i, &layer) in layers.cells().iter().enumerate() {
+        if layer == NONE {
+            continue;
+        }
+        let (x, y) = (i % depth.width(), i / depth.width());
+        let (pixel, layer) = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5), layer as usize);
+        let in_view = camera.view_from_pixel(pixel, depth[(x, y)]);
+        let point = camera.pose.point_in_world(in_view) - reference.eye;
+        let range = [borders[layer], borders[layer + 1]];
+        let error = displacement(camera, recorded, pixel, point, range, &meet);
+        let place = [x as u32, y as u32];
+        let Some(error) = error else {
+            result.unmet.push(place);
+            continue;
+        };
+        result.errors.record(error);
+        if result.worst.is_none_or(|(worst, _)| error > worst) {
+            result.worst = Some((error, place));
+        }
+        if error > limit {
+            result.above.push(place);
+        }
+    }
+    result
+}
+
+/// How far the impostor displaces a point, in pixels; `None` where nothing is met.
+///
+/// * `pixel` - where the camera sees the point
+/// * `point` - relative to the reference viewpoint, in the world's directions
+fn displacement(
+    camera: &Camera,
+    recorded: &RecordedFrom<'_>,
+    pixel: DVec2,
+    point: DVec3,
+    range: [f64; 2],
+    meet: impl Fn(DVec3, [f64; 2]) -> Option<f64>,
+) -> Option<f64> {
+    let reference = &recorded.reference;
+    let direction = point / point.dot(reference.forward);
+    // Distance in depth to the range, and on the screen.
+    let shown = |beside: DVec2| {
+        let texels = recorded.texel * beside;
+        let ray = direction + reference.right * texels.x + reference.down * texels.y;
+        let depth = meet(ray, range)?;
+        let in_view = camera.pose.point_in_view(reference.eye + ray * depth);
+        let beyond = (range[0] - depth).max(depth - range[1]).max(0.0);
+        let error = camera.pixel_from_view(in_view).distance(pixel);
+        (in_view.z > 0.0 && error.is_finite()).then_some((beyond, error))
+    };
+    let through = shown(DVec2::ZERO);
+    if let Some((0.0, error)) = through {
+        return Some(error);
+    }
+    let beside = (0..9)
+        .filter(|i| *i != 4)
+        .map(|i| DVec2::new(f64::from(i % 3 - 1), f64::from(i / 3 - 1)));
+    let places = through.into_iter().chain(beside.filter_map(shown));
+    places
+        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)))
+        .map(|(_, error)| error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use farfield_views::Extent;
+    use proptest::prelude::*;
+
+    const BORDERS: [f64; 4] = [9.0, 10.0, 10.5, 12.0];
+
+    fn recorded() -> RecordedFrom<'static> {
+        RecordedFrom {
+            reference: Pose::looking_along(DVec3::new(0.0, 0.0, 10.0), DVec3::NEG_Z),
+            borders: &BORDERS,
+            texel: DVec2::new(0.01, 0.02),
+        }
+    }
+
+    fn camera(pose: Pose) -> Camera {
+        let extent = Extent {
+            min: DVec2::new(-0.2, -0.1),
+            max: DVec2::new(0.1, 0.3),
+        };
+        Camera {
+            pose,
+            extent,
+            width: 6,
+            height: 4,
+        }
+    }
+
+    /// Depths from the reference viewpoint, within the borders.
+    fn depths() -> impl Strategy<Value = Grid<f64>> {
+        let depth = prop_oneof![4 => 9.0..12.0f64, 1 => Just(f64::INFINITY)];
+        prop::collection::vec(depth, 24).prop_map(|cells| Grid::from_cells(6, 4, cells))
+    }
+
+    fn middle(_: DVec3, [near, far]: [f64; 2]) -> Option<f64> {
+        Some((near + far) / 2.0)
+    }
+
+    fn seen(depth: &Grid<f64>) -> usize {
+        depth.cells().iter().filter(|d| d.is_finite()).count()
+    }
+
+    proptest! {
+        /// For a camera that is not turned against the layers, errors are those of the formula
+        /// for two depths z and z' on one ray from the reference viewpoint with slope u, seen
+        /// from v: |v_xy - u v_z| |1 / (z - v_z) - 1 / (z' - v_z)|.
+        #[test]
+        fn errors_follow_the_formula_for_depths(
+            depth in depths(),
+            v in prop::array::uniform3(-2.0..2.0f64),
+        ) {
+            let reference = recorded().reference;
+            let v = DVec3::from(v);
+            let camera = camera(Pose { eye: reference.point_in_world(v), ..reference });
+            let in_camera = Grid::from_cells(6, 4, depth.cells().iter().map(|z| z - v.z).collect());
+            let found = parallax(&in_camera, &camera, &recorded(), 0.5, middle);
+            let mut expected = Vec::new();
+            for y in 0..4 {
+                for x in 0..6 {
+                    let z = depth[(x, y)];
+                    if z.is_infinite() { continue; }
+                    let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                    let u = (camera.view_from_pixel(pixel, z - v.z) + v).truncate() / z;
+                    let layer = BORDERS[1..3].iter().filter(|border| **border <= z).count();
+                    let shown = (BORDERS[layer] + BORDERS[layer + 1]) / 2.0;
+                    let apart = (v.truncate() - u * v.z) * (1.0 / (z - v.z) - 1.0 / (shown - v.z));
+                    expected.push(((apart / camera.pixel_size()).length(), [x as u32, y as u32]));
+                }
+            }
+            prop_assert_eq!(found.errors.count(), expected.len() as u64);
+            prop_assert!(found.unmet.is_empty());
+            let worst = expected.iter().map(|(error, _)| *error).fold(0.0, f64::max);
+            // Coordinates of at most 20 m, rounded a dozen times, over pixels of 0.05 at 7 m.
+            prop_assert!((found.errors.max() - worst).abs() < 1e-11);
+            prop_assert_eq!(found.worst.map(|(error, _)| error).unwrap_or(0.0), found.errors.max());
+            let clear = expected.iter().all(|(error, _)| (error - 0.5).abs() > 1e-9);
+            prop_assume!(clear);
+            let above = expected.iter().filter(|(error, _)| *error > 0.5).map(|(_, p)| *p);
+            prop_assert_eq!(found.above, above.collect::<Vec<_>>());
+        }
+
+        /// From the reference viewpoint nothing is displaced, wherever the impostor is met and
+        /// however the camera is turned.
+        #[test]
+        fn nothing_is_displaced_from_the_reference_viewpoint(
+            depth in depths(),
+            turn in prop::array::uniform2(-0.3..0.3f64),
+            stretch in 0.5..2.0f64,
+        ) {
+            let axis = DVec3::new(turn[0], turn[1], -1.0);
+            let camera = camera(Pose::looking_along(recorded().reference.eye, axis));
+            // Within the range but where asked, so that no ray beside is tried.
+            let meet = |_: DVec3, [near, far]: [f64; 2]| Some((near + far * stretch) / (1.0 + stretch));
+            let found = parallax(&depth, &camera, &recorded(), 0.1, meet);
+            prop_assert_eq!(found.errors.count() as usize, seen(&depth));
+            prop_assert!(found.errors.max() < 1e-11, "{}", found.errors.max());
+        }
+
+        /// Where nothing is met inside the range, the nearest of what all nine rays meet counts.
+        #[test]
+        fn the_nearest_of_nine_rays_counts(
+            v in prop::array::uniform3(-2.0..2.0f64),
+            met in prop::array::uniform9(prop::option::of(5.0..16.0f64)),
+        ) {
+            let recorded = recorded();
+            let reference = recorded.reference;
+            let eye = reference.point_in_world(DVec3::from(v));
+            let camera = Camera { width: 1, height: 1, ..camera(Pose { eye, ..reference }) };
+            let depth = Grid::filled(1, 1, 10.2 - v[2]);
+            let pixel = DVec2::splat(0.5);
+            let point = camera.pose.point_in_world(camera.view_from_pixel(pixel, depth[(0, 0)]));
+            let through = (point - reference.eye) / 10.2;
+            let ray_of = |i: usize| {
+                let texels = DVec2::new((i % 3) as f64 - 1.0, (i / 3) as f64 - 1.0) * recorded.texel;
+                through + reference.right * texels.x + reference.down * texels.y
+            };
+            let meet = |ray: DVec3, range: [f64; 2]| {
+                assert_eq!(range, [10.0, 10.5]);
+                (0..9).find(|i| ray.abs_diff_eq(ray_of(*i), 1e-9)).and_then(|i| met[i])
+            };
+            let found = parallax(&depth, &camera, &recorded, 0.0, meet);
+            let error = |i: usize, depth: f64| {
+                let point = reference.eye + ray_of(i) * depth;
+                camera.pixel_from_view(camera.pose.point_in_view(point)).distance(pixel)
+            };
+            let beyond = |depth: f64| (10.0 - depth).max(depth - 10.5).max(0.0);
+            let least = met.iter().flatten().map(|d| beyond(*d)).fold(f64::INFINITY, f64::min);
+            let expected = match met[4] {
+                Some(depth) if beyond(depth) == 0.0 => Some(error(4, depth)),
+                _ => (0..9)
+                    .filter_map(|i| met[i].filter(|d| beyond(*d) == least).map(|d| error(i, d)))
+                    .reduce(f64::min),
+            };
+            match expected {
+                None => prop_assert_eq!(found.unmet, [[0, 0]]),
+                Some(expected) => {
+                    let found = found.worst.unwrap().0;
+                    prop_assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_met_behind_the_camera_is_not_seen() {
+        let reference = recorded().reference;
+        let eye = reference.point_in_world(DVec3::Z * 8.0);
+        let camera = camera(Pose { eye, ..reference });
+        let depth = Grid::filled(6, 4, 2.2);
+        let found = parallax(&depth, &camera, &recorded(), 1.0, |_, _| Some(7.0));
+        assert_eq!((found.unmet.len(), found.errors.count()), (24, 0));
+        let found = parallax(&depth, &camera, &recorded(), 1.0, |_, _| None);
+        assert_eq!((found.unmet.len(), found.worst), (24, None));
+    }
+}
