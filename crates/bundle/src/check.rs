@@ -39,6 +39,7 @@ impl Manifest {
             ("parallax_px", self.promise.parallax_px),
             ("coverage_error", self.promise.coverage_error),
             ("coverage_change", self.promise.coverage_change),
+            ("colour_bias", self.promise.colour_bias),
         ] {
             not_negative(figure.unwrap_or(0.0), format_args!("promise.{name}"))?;
         }
@@ -343,7 +344,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 38] = [
+        let damages: [(&str, Damage); 40] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -411,6 +412,12 @@ mod tests {
             }),
             ("promise.coverage_error", |m| {
                 m.promise.coverage_error = Some(-0.1);
+            }),
+            ("promise.coverage_change", |m| {
+                m.promise.coverage_change = Some(f64::NAN);
+            }),
+            ("promise.colour_bias", |m| {
+                m.promise.colour_bias = Some(-0.004);
             }),
             ("impostors[1].name", |m| {
                 m.impostors[1].name = "front".into();

@@ -152,15 +152,21 @@ fn sources() -> impl Strategy<Value = SceneSource> {
 }
 
 fn promises() -> impl Strategy<Value = Promise> {
+    let count = || prop::option::of(any::<u64>());
     let figure = || prop::option::of(lengths());
-    let figures = (prop::option::of(any::<u64>()), figure(), figure(), figure());
-    (figures, vec(texts(), 0..3)).prop_map(
-        |((gap_pixels, parallax_px, coverage_error, coverage_change), notes)| Promise {
-            gap_pixels,
-            parallax_px,
-            coverage_error,
-            coverage_change,
-            notes,
+    let figures = [figure(), figure(), figure(), figure()];
+    (count(), count(), figures, vec(texts(), 0..3)).prop_map(
+        |(gap_pixels, phantom_pixels, figures, notes)| {
+            let [parallax_px, coverage_error, coverage_change, colour_bias] = figures;
+            Promise {
+                gap_pixels,
+                phantom_pixels,
+                parallax_px,
+                coverage_error,
+                coverage_change,
+                colour_bias,
+                notes,
+            }
         },
     )
 }

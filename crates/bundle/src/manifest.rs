@@ -152,6 +152,9 @@ pub struct Promise {
     /// views together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap_pixels: Option<u64>,
+    /// Pixels that only the impostor covers, far from the original, in all views together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phantom_pixels: Option<u64>,
     /// The farthest that a point appears from where it is, in pixels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parallax_px: Option<f64>,
@@ -162,6 +165,10 @@ pub struct Promise {
     /// original's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage_change: Option<f64>,
+    /// The mean signed colour difference a channel, over pixels covered by both, as a share of
+    /// full intensity; to either side of 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour_bias: Option<f64>,
     /// The limits of the promise, a sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
