@@ -293,6 +293,8 @@ pub(crate) fn certificates(manifest: &Manifest) -> impl Strategy<Value = Certifi
 pub(crate) enum Damage {
     /// Only its beginning is left.
     CutOff(Index),
+    /// A digit becomes another one; most such files are well-formed.
+    Digit(Index, u8),
     /// Bits of some bytes are flipped.
     Flips(Vec<(Index, u8)>),
     /// A piece is left out, doubled or replaced.
@@ -304,6 +306,13 @@ impl Damage {
     pub(crate) fn of(&self, sound: &[u8]) -> Vec<u8> {
         match self {
             Self::CutOff(end) => sound[..end.index(sound.len())].to_vec(),
+            Self::Digit(at, digit) => {
+                let mut damaged = sound.to_vec();
+                let digits = damaged.iter_mut().filter(|byte| byte.is_ascii_digit());
+                let mut digits: Vec<_> = digits.collect();
+                **at.get_mut(&mut digits) = *digit;
+                damaged
+            }
             Self::Flips(flips) => {
                 let mut damaged = sound.to_vec();
                 for (at, bits) in flips {
@@ -324,6 +333,7 @@ pub(crate) fn damages() -> impl Strategy<Value = Damage> {
     let flips = vec((any::<Index>(), 1..=255u8), 1..5);
     prop_oneof![
         any::<Index>().prop_map(Damage::CutOff),
+        (any::<Index>(), b'0'..=b'9').prop_map(|(at, digit)| Damage::Digit(at, digit)),
         flips.prop_map(Damage::Flips),
         (any::<[Index; 3]>(), vec(any::<u8>(), 0..4)).prop_map(|(a, b)| Damage::Splice(a, b)),
     ]
