@@ -1,8 +1,9 @@
-//! Whether a manifest can be true.
+//! Whether a manifest or a certificate can be true.
 
 use crate::ManifestError;
+use crate::certificate::{CERTIFICATE_FILE, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate};
 use crate::manifest::{
-    Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest, Options, SceneSource,
+    Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest, SceneSource,
     Technique, VERSION,
 };
 use farfield_views::{Pose, ViewCell};
@@ -24,21 +25,19 @@ impl Manifest {
     ///
     /// The first thing found wrong.
     pub fn check(&self) -> Checked {
-        require(self.format == FORMAT, "format", || {
-            format!("is {:?}, expected {FORMAT:?}", self.format)
-        })?;
-        require(self.version == VERSION, "version", || {
-            format!("is {}, expected {VERSION}", self.version)
-        })?;
+        check_header(&self.format, self.version, FORMAT, VERSION)?;
         not_empty(&self.generator.name, "generator.name")?;
         let Technique::Layered { bytes_per_quad, .. } = self.technique;
         not_negative(bytes_per_quad, "technique.bytes_per_quad")?;
-        check_options(&self.options)?;
+        let options = &self.options;
+        check_camera(options.resolution, options.fov_degrees, "options.")?;
+        check_view_cell(&options.view_cell, "options.view_cell")?;
         check_source(&self.scene)?;
         for (name, figure) in [
             ("parallax_px", self.promise.parallax_px),
             ("coverage_error", self.promise.coverage_error),
             ("coverage_change", self.promise.coverage_change),
+            ("colour_bias", self.promise.colour_bias),
         ] {
             not_negative(figure.unwrap_or(0.0), format_args!("promise.{name}"))?;
         }
@@ -128,19 +127,95 @@ impl Manifest {
     }
 }
 
-fn check_options(options: &Options) -> Checked {
-    let resolution = options.resolution;
+impl Certificate {
+    /// Checks that format and version are this crate's, checksums are such, numbers are finite and
+    /// in range, and the view cell is possible.
+    ///
+    /// Its own checksum, filled in when it is written, is not looked at.
+    ///
+    /// # Errors
+    ///
+    /// The first thing found wrong.
+    pub fn check(&self) -> Checked {
+        check_header(
+            &self.format,
+            self.version,
+            CERTIFICATE_FORMAT,
+            CERTIFICATE_VERSION,
+        )?;
+        not_empty(&self.generator.name, "generator.name")?;
+        check_sha256(&self.bundle_sha256, "bundle_sha256")?;
+        check_source(&self.scene)?;
+        check_view_cell(&self.view_cell, "view_cell")?;
+        check_camera(self.resolution, self.fov_degrees, "")?;
+        require(self.viewpoints > 0, "viewpoints", || "are none".into())?;
+        let worst = &self.worst;
+        for (name, figure) in [
+            ("parallax_px", worst.parallax_px),
+            ("silhouette_px", worst.silhouette_px),
+            ("coverage_error", worst.coverage_error),
+            ("colour_bias", worst.colour_bias),
+            ("flip", worst.flip.unwrap_or(0.0)),
+        ] {
+            not_negative(figure, format_args!("worst.{name}"))?;
+        }
+        require(
+            worst.worst_view < self.viewpoints,
+            "worst.worst_view",
+            || {
+                format!(
+                    "is {}, not less than the {} viewpoints",
+                    worst.worst_view, self.viewpoints
+                )
+            },
+        )?;
+        for (i, proved) in self.proved.iter().enumerate() {
+            for (name, figure) in [("bound", proved.bound), ("limit", proved.limit)] {
+                require(
+                    figure.is_finite(),
+                    format_args!("proved[{i}].{name}"),
+                    || format!("is {figure}, not finite"),
+                )?;
+            }
+        }
+        if let Some(beyond) = &self.beyond {
+            for (name, figure) in [
+                ("cell_scale", beyond.cell_scale),
+                ("switch_distance_m", beyond.switch_distance_m),
+                ("screen_coverage", beyond.screen_coverage),
+                ("geometric_error_m", beyond.geometric_error_m),
+            ] {
+                not_negative(figure, format_args!("beyond.{name}"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_header(format: &str, version: u32, our_format: &str, our_version: u32) -> Checked {
+    require(format == our_format, "format", || {
+        format!("is {format:?}, expected {our_format:?}")
+    })?;
+    require(version == our_version, "version", || {
+        format!("is {version}, expected {our_version}")
+    })
+}
+
+fn check_camera(resolution: u32, fov: f64, place: &str) -> Checked {
     require(
         (1..=MAX_SIDE).contains(&resolution),
-        "options.resolution",
+        format_args!("{place}resolution"),
         || format!("is {resolution}, not from 1 to {MAX_SIDE}"),
     )?;
-    let fov = options.fov_degrees;
-    require(fov > 0.0 && fov < 180.0, "options.fov_degrees", || {
-        format!("is {fov}, not between 0 and 180")
-    })?;
-    let place = "options.view_cell";
-    match options.view_cell {
+    require(
+        fov > 0.0 && fov < 180.0,
+        format_args!("{place}fov_degrees"),
+        || format!("is {fov}, not between 0 and 180"),
+    )
+}
+
+fn check_view_cell(cell: &ViewCell, place: &str) -> Checked {
+    match *cell {
         ViewCell::Box { center, size } => {
             finite(center, format_args!("{place}.center"))?;
             finite(size, format_args!("{place}.size"))?;
@@ -274,9 +349,9 @@ pub(crate) fn check_path(path: &str) -> Result<(), String> {
     let lower = path.to_lowercase();
     let first = lower.split('/').next();
     match first {
-        Some(MANIFEST_FILE | "verify.json" | "report.html" | "report") => {
-            Err(format!("{path:?} is kept for the manifest and reports"))
-        }
+        Some(MANIFEST_FILE | CERTIFICATE_FILE | "verify.json" | "report.html" | "report") => Err(
+            format!("{path:?} is kept for the manifest, the certificate and reports"),
+        ),
         _ => Ok(()),
     }
 }
@@ -326,7 +401,7 @@ fn require(holds: bool, place: impl Display, problem: impl FnOnce() -> String) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::{manifests, sample};
+    use crate::generate::{certificates, manifests, sample, sample_certificate};
     use proptest::prelude::*;
 
     fn layers(manifest: &mut Manifest, impostor: usize) -> &mut LayeredBody {
@@ -343,7 +418,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 38] = [
+        let damages: [(&str, Damage); 40] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -412,6 +487,12 @@ mod tests {
             ("promise.coverage_error", |m| {
                 m.promise.coverage_error = Some(-0.1);
             }),
+            ("promise.coverage_change", |m| {
+                m.promise.coverage_change = Some(f64::NAN);
+            }),
+            ("promise.colour_bias", |m| {
+                m.promise.colour_bias = Some(-0.004);
+            }),
             ("impostors[1].name", |m| {
                 m.impostors[1].name = "front".into();
             }),
@@ -472,6 +553,65 @@ mod tests {
         }
     }
 
+    /// Whatever is damaged in a certificate, the check names the place.
+    #[test]
+    fn every_damage_of_a_certificate_is_found() {
+        type Damage = fn(&mut Certificate);
+        fn beyond(certificate: &mut Certificate) -> &mut crate::Beyond {
+            certificate.beyond.as_mut().unwrap()
+        }
+        let damages: [(&str, Damage); 21] = [
+            ("format", |c| c.format = FORMAT.into()),
+            ("version", |c| c.version = 2),
+            ("generator.name", |c| c.generator.name.clear()),
+            ("bundle_sha256", |c| c.bundle_sha256.clear()),
+            ("scene.name", |c| {
+                c.scene = SceneSource::BuiltIn {
+                    name: String::new(),
+                    size: 1,
+                    seed: 1,
+                };
+            }),
+            ("view_cell.size", |c| {
+                c.view_cell = ViewCell::Box {
+                    center: DVec3::ONE,
+                    size: DVec3::NAN,
+                };
+            }),
+            ("resolution", |c| c.resolution = 0),
+            ("fov_degrees", |c| c.fov_degrees = 0.0),
+            ("viewpoints", |c| c.viewpoints = 0),
+            ("worst.parallax_px", |c| c.worst.parallax_px = f64::NAN),
+            ("worst.silhouette_px", |c| {
+                c.worst.silhouette_px = f64::INFINITY;
+            }),
+            ("worst.coverage_error", |c| c.worst.coverage_error = -0.1),
+            ("worst.colour_bias", |c| c.worst.colour_bias = -0.1),
+            ("worst.flip", |c| c.worst.flip = Some(f64::NAN)),
+            ("worst.worst_view", |c| c.worst.worst_view = 256),
+            ("proved[0].bound", |c| c.proved[0].bound = f64::INFINITY),
+            ("proved[0].limit", |c| c.proved[0].limit = f64::NAN),
+            ("beyond.cell_scale", |c| beyond(c).cell_scale = -1.0),
+            ("beyond.switch_distance_m", |c| {
+                beyond(c).switch_distance_m = f64::INFINITY;
+            }),
+            ("beyond.screen_coverage", |c| {
+                beyond(c).screen_coverage = f64::NAN;
+            }),
+            ("beyond.geometric_error_m", |c| {
+                beyond(c).geometric_error_m = -1.0;
+            }),
+        ];
+        let sound = sample_certificate(&sample());
+        assert_eq!(sound.check(), Ok(()));
+        for (i, (place, damage)) in damages.into_iter().enumerate() {
+            let mut certificate = sound.clone();
+            damage(&mut certificate);
+            let found = certificate.check().map_err(|e| e.place);
+            assert_eq!(found, Err(place.to_owned()), "damage {i}");
+        }
+    }
+
     fn shaft(manifest: &mut Manifest, axis: DVec3, half_angle: f64, near: f64, far: f64) {
         manifest.options.view_cell = ViewCell::Shaft {
             apex: DVec3::ZERO,
@@ -522,6 +662,7 @@ mod tests {
             "nul?",
             "bundle.json",
             "Bundle.JSON",
+            "certificate.json",
             "verify.json",
             "report.html",
             "report/worst.png",
@@ -536,6 +677,12 @@ mod tests {
         #[test]
         fn random_manifests_pass(manifest in manifests()) {
             prop_assert_eq!(manifest.check(), Ok(()));
+        }
+
+        /// The generator of sound certificates makes sound certificates.
+        #[test]
+        fn random_certificates_pass(certificate in certificates(&sample())) {
+            prop_assert_eq!(certificate.check(), Ok(()));
         }
     }
 }

@@ -1,12 +1,12 @@
-//! SHA-256 in hexadecimal digits, of files and of the manifest that contains its own.
+//! SHA-256 in hexadecimal digits, of files and of JSON documents that contain their own.
 
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 use std::io::{self, Read};
 
-/// Stands in the place of the manifest's checksum while it is computed.
-pub(crate) const NO_CHECKSUM: &str =
-    "0000000000000000000000000000000000000000000000000000000000000000";
+/// Stands in the place of a document's own checksum while it is computed.
+const NO_CHECKSUM: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 
 /// SHA-256 of `bytes`, as 64 lower-case hexadecimal digits: the form of every checksum in a
 /// manifest.
@@ -21,14 +21,33 @@ pub(crate) fn sha256_of_reader(source: impl Read, limit: u64) -> io::Result<(u64
     Ok((bytes, digits(&hash.finalize())))
 }
 
-/// The checksum of a manifest's text, in which its own checksum `stated` counts as zeros, or
-/// `None` where `stated` does not occur exactly once.
-pub(crate) fn sha256_of_manifest(text: &str, stated: &str) -> Option<String> {
-    let (before, after) = text.split_once(stated)?;
-    if after.contains(stated) {
-        return None;
+/// Fills in the checksum of a document, which is where `place` says, and returns the document's
+/// JSON text.
+pub(crate) fn seal<T: Serialize>(document: &mut T, place: fn(&mut T) -> &mut String) -> String {
+    let json = |document: &T| {
+        let text = serde_json::to_string_pretty(document);
+        text.expect("the documents have only string keys") + "\n"
+    };
+    *place(document) = NO_CHECKSUM.into();
+    let sha256 = sha256_hex(json(document).as_bytes());
+    *place(document) = sha256.clone();
+    let text = json(document);
+    debug_assert!(is_sealed(text.as_bytes(), &sha256));
+    text
+}
+
+/// Whether `stated`, which must occur just once, is the checksum of a document's text in which
+/// it counts as zeros.
+pub(crate) fn is_sealed(text: &[u8], stated: &str) -> bool {
+    let Ok(text) = std::str::from_utf8(text) else {
+        return false;
+    };
+    match text.split_once(stated) {
+        Some((before, after)) if !after.contains(stated) => {
+            sha256_hex([before, NO_CHECKSUM, after].concat().as_bytes()) == stated
+        }
+        _ => false,
     }
-    Some(sha256_hex([before, NO_CHECKSUM, after].concat().as_bytes()))
 }
 
 fn digits(hash: &[u8]) -> String {

@@ -38,15 +38,20 @@ pub enum BundleError {
         dir: PathBuf,
     },
     /// The manifest is not JSON, or not that of a bundle.
-    #[error("{}: {error}; bake the bundle again", path.display())]
+    #[error("{}: {place}: {error}; bake the bundle again", path.display())]
     Json {
         /// The manifest.
         path: PathBuf,
-        /// What is wrong, with line and column.
+        /// Where in it, such as `options.resolution`.
+        place: String,
+        /// What is wrong, with line and column where they are known.
         error: serde_json::Error,
     },
     /// The manifest is that of something else.
-    #[error("{}: the format is {found:?}, expected \"farfield-bundle\"", path.display())]
+    #[error(
+        "{}: format: is {found:?}, expected \"farfield-bundle\"; give the folder of a bundle or bake one",
+        path.display()
+    )]
     WrongFormat {
         /// The manifest.
         path: PathBuf,
@@ -55,7 +60,7 @@ pub enum BundleError {
     },
     /// The manifest is of a version that this crate does not know.
     #[error(
-        "{}: version {found} of the format is not known, only up to {known}; use a newer farfield",
+        "{}: version: {found} of the format is not known, only up to {known}; use a newer farfield",
         path.display()
     )]
     UnknownVersion {
@@ -66,10 +71,18 @@ pub enum BundleError {
         /// The greatest version that is known.
         known: u32,
     },
-    /// The manifest contradicts itself.
-    #[error("{}: {error}", path.display())]
+    /// The manifest that was read cannot be true.
+    #[error("{}: {error}; bake the bundle again", path.display())]
     Manifest {
         /// The manifest.
+        path: PathBuf,
+        /// What is wrong.
+        error: ManifestError,
+    },
+    /// A manifest or certificate that is to be written cannot be true.
+    #[error("cannot write {}: {error}", path.display())]
+    Invalid {
+        /// Where it was to be written.
         path: PathBuf,
         /// What is wrong.
         error: ManifestError,
@@ -112,7 +125,7 @@ pub enum BundleError {
     },
 }
 
-/// What a manifest says that cannot be.
+/// What a manifest or certificate says that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place} {problem}")]
 pub struct ManifestError {

@@ -1,5 +1,8 @@
-//! Random manifests and scenes for property tests.
+//! Random manifests, certificates, damages and scenes for property tests.
 
+use crate::certificate::{
+    Beyond, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate, ProvedBound, WorstFigures,
+};
 use crate::manifest::{
     Body, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest, Options,
     Promise, SceneSource, Statistics, Technique, VERSION,
@@ -10,6 +13,7 @@ use farfield_views::{Extent, Pose, ViewCell};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::sample::Index;
 
 /// Numbers as files have them and numbers that are hard to print: whole ones, tiny and huge ones,
 /// and any bits that are finite.
@@ -152,15 +156,21 @@ fn sources() -> impl Strategy<Value = SceneSource> {
 }
 
 fn promises() -> impl Strategy<Value = Promise> {
+    let count = || prop::option::of(any::<u64>());
     let figure = || prop::option::of(lengths());
-    let figures = (prop::option::of(any::<u64>()), figure(), figure(), figure());
-    (figures, vec(texts(), 0..3)).prop_map(
-        |((gap_pixels, parallax_px, coverage_error, coverage_change), notes)| Promise {
-            gap_pixels,
-            parallax_px,
-            coverage_error,
-            coverage_change,
-            notes,
+    let figures = [figure(), figure(), figure(), figure()];
+    (count(), count(), figures, vec(texts(), 0..3)).prop_map(
+        |(gap_pixels, phantom_pixels, figures, notes)| {
+            let [parallax_px, coverage_error, coverage_change, colour_bias] = figures;
+            Promise {
+                gap_pixels,
+                phantom_pixels,
+                parallax_px,
+                coverage_error,
+                coverage_change,
+                colour_bias,
+                notes,
+            }
         },
     )
 }
@@ -219,6 +229,132 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
             sha256: sha256_hex(b"y"),
         }
     })
+}
+
+/// Certificates that pass the check, of the bundle whose manifest is given.
+pub(crate) fn certificates(manifest: &Manifest) -> impl Strategy<Value = Certificate> + use<> {
+    let figures = [lengths(), lengths(), lengths(), lengths()];
+    let flip = prop::option::of(0.0..=1.0f64);
+    let worst = (any::<[u64; 2]>(), figures, flip).prop_map(
+        |([gap_pixels, phantom_pixels], figures, flip)| {
+            let [parallax_px, silhouette_px, coverage_error, colour_bias] = figures;
+            WorstFigures {
+                gap_pixels,
+                phantom_pixels,
+                parallax_px,
+                silhouette_px,
+                coverage_error,
+                colour_bias,
+                flip,
+                worst_view: 0,
+            }
+        },
+    );
+    let proved =
+        (texts(), numbers(), numbers()).prop_map(|(statement, bound, limit)| ProvedBound {
+            statement,
+            bound,
+            limit,
+        });
+    let beyond = [lengths(), lengths(), lengths(), lengths()].prop_map(
+        |[
+            cell_scale,
+            switch_distance_m,
+            screen_coverage,
+            geometric_error_m,
+        ]| Beyond {
+            cell_scale,
+            switch_distance_m,
+            screen_coverage,
+            geometric_error_m,
+        },
+    );
+    let sentences = (vec(proved, 0..3), vec(texts(), 0..3));
+    let numbers = (1..=u64::MAX, any::<Index>(), any::<u64>());
+    let sample = sample_certificate(manifest);
+    (worst, sentences, prop::option::of(beyond), numbers).prop_map(
+        move |(worst, (proved, sampled), beyond, (viewpoints, view, seed))| Certificate {
+            viewpoints,
+            seed,
+            worst: WorstFigures {
+                worst_view: view.index(viewpoints.min(1 << 30) as usize) as u64,
+                ..worst
+            },
+            proved,
+            sampled,
+            beyond,
+            ..sample.clone()
+        },
+    )
+}
+
+/// What may happen to a file.
+#[derive(Clone, Debug)]
+pub(crate) enum Damage {
+    /// Only its beginning is left.
+    CutOff(Index),
+    /// A digit becomes another one; most such files are well-formed.
+    Digit(Index, u8),
+    /// Bits of some bytes are flipped.
+    Flips(Vec<(Index, u8)>),
+    /// A piece is left out, doubled or replaced.
+    Splice([Index; 3], Vec<u8>),
+}
+
+impl Damage {
+    /// The file's bytes after it happened; they may be the same as before.
+    pub(crate) fn of(&self, sound: &[u8]) -> Vec<u8> {
+        match self {
+            Self::CutOff(end) => sound[..end.index(sound.len())].to_vec(),
+            Self::Digit(at, digit) => {
+                let mut damaged = sound.to_vec();
+                let digits = damaged.iter_mut().filter(|byte| byte.is_ascii_digit());
+                let mut digits: Vec<_> = digits.collect();
+                **at.get_mut(&mut digits) = *digit;
+                damaged
+            }
+            Self::Flips(flips) => {
+                let mut damaged = sound.to_vec();
+                for (at, bits) in flips {
+                    damaged[at.index(sound.len())] ^= bits;
+                }
+                damaged
+            }
+            Self::Splice(cuts, junk) => {
+                let [a, b, c] = cuts.map(|cut| cut.index(sound.len()));
+                let (a, b) = (a.min(b), a.max(b));
+                [&sound[..a], &sound[c..], junk, &sound[b..]].concat()
+            }
+        }
+    }
+}
+
+pub(crate) fn damages() -> impl Strategy<Value = Damage> {
+    let flips = vec((any::<Index>(), 1..=255u8), 1..5);
+    prop_oneof![
+        any::<Index>().prop_map(Damage::CutOff),
+        (any::<Index>(), b'0'..=b'9').prop_map(|(at, digit)| Damage::Digit(at, digit)),
+        flips.prop_map(Damage::Flips),
+        (any::<[Index; 3]>(), vec(any::<u8>(), 0..4)).prop_map(|(a, b)| Damage::Splice(a, b)),
+    ]
+}
+
+/// Checks that the file `name` in the folder `schema`, with the text `published`, is the schema
+/// that the types give.
+#[track_caller]
+pub(crate) fn check_schema(name: &str, published: &str, schema: &schemars::Schema) {
+    let path = format!("{}/schema/{name}", env!("CARGO_MANIFEST_DIR"));
+    let generated = serde_json::to_string_pretty(schema).unwrap() + "\n";
+    if std::env::var_os("FARFIELD_BLESS").is_some() {
+        std::fs::write(&path, &generated).unwrap();
+    }
+    // Compared as values: the order of keys depends on what other crates ask of serde_json.
+    let value = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    assert!(
+        value(published) == value(&generated),
+        "{path} is not what the types say. If the change is meant, and readers of this version can \
+         live with it, run the test twice, first with FARFIELD_BLESS=1."
+    );
 }
 
 /// Files of a bundle, the glTF file among them; some are empty, some in folders.
@@ -315,6 +451,42 @@ pub(crate) fn sample() -> Manifest {
             sha256: sha256_hex(b"x"),
         }],
         sha256: sha256_hex(b"y"),
+    }
+}
+
+/// A certificate to be damaged, of the bundle whose manifest is given.
+pub(crate) fn sample_certificate(manifest: &Manifest) -> Certificate {
+    Certificate {
+        format: CERTIFICATE_FORMAT.into(),
+        version: CERTIFICATE_VERSION,
+        generator: manifest.generator.clone(),
+        bundle_sha256: manifest.sha256.clone(),
+        scene: manifest.scene.clone(),
+        view_cell: manifest.options.view_cell,
+        resolution: manifest.options.resolution,
+        fov_degrees: manifest.options.fov_degrees,
+        viewpoints: 256,
+        seed: 7,
+        worst: WorstFigures {
+            parallax_px: 0.75,
+            silhouette_px: 1.5,
+            flip: Some(0.01),
+            worst_view: 255,
+            ..WorstFigures::default()
+        },
+        proved: vec![ProvedBound {
+            statement: "Neighbouring layers move apart by at most this many texels.".into(),
+            bound: 0.875,
+            limit: 1.0,
+        }],
+        sampled: vec!["Gap pixels were counted.".into()],
+        beyond: Some(Beyond {
+            cell_scale: 1.25,
+            switch_distance_m: 40.0,
+            screen_coverage: 0.5,
+            geometric_error_m: 0.06,
+        }),
+        sha256: String::new(),
     }
 }
 
@@ -430,16 +602,16 @@ pub(crate) fn scenes() -> impl Strategy<Value = Scene> {
         [unit(), unit()].prop_map(Vec2::from),
         prop_oneof![3 => Just(Vec4::ONE), 1 => Just(Vec4::new(0.5, 0.0, 1.0, 0.25))],
     );
-    let triangle = (any::<[prop::sample::Index; 3]>(), 0..3u32);
+    let triangle = (any::<[Index; 3]>(), 0..3u32);
     let mesh = (vec(vertex, 1..9), vec(triangle, 0..9));
-    let object = (texts(), any::<prop::sample::Index>(), affine_maps());
+    let object = (texts(), any::<Index>(), affine_maps());
     let looks = (vec(materials(3), 3), vec(textures(2), 3), vec(images(), 2));
     (vec(mesh, 1..4), vec(object, 0..6), looks).prop_map(|(meshes, objects, looks)| {
         let mut scene = Scene::default();
         for (vertices, triangles) in meshes {
             let (first_vertex, first) =
                 (scene.positions.len() as u32, scene.triangles.len() as u32);
-            let index = |i: prop::sample::Index| first_vertex + i.index(vertices.len()) as u32;
+            let index = |i: Index| first_vertex + i.index(vertices.len()) as u32;
             for (corners, material) in triangles {
                 scene.triangles.push(corners.map(index));
                 scene.triangle_materials.push(material);

@@ -2,6 +2,7 @@
 
 mod manifest;
 
+mod certificate;
 mod check;
 mod checksum;
 mod error;
@@ -16,6 +17,11 @@ mod page;
 #[cfg(test)]
 mod generate;
 
+pub use certificate::{
+    Beyond, CERTIFICATE_FILE, CERTIFICATE_FORMAT, CERTIFICATE_SCHEMA, CERTIFICATE_VERSION,
+    Certificate, CertificateState, ProvedBound, WorstFigures, read_certificate, remove_certificate,
+    write_certificate,
+};
 pub use checksum::sha256_hex;
 pub use error::{BundleError, ManifestError};
 pub use glb::{GlbTooLarge, cost, glb_from_scene};

@@ -1,9 +1,11 @@
 //! Reading a bundle's folder: nothing is believed before it is checked.
 
-use crate::checksum::{sha256_of_manifest, sha256_of_reader};
+use crate::checksum::{is_sealed, sha256_of_reader};
 use crate::manifest::{FORMAT, FileRecord, MANIFEST_FILE, Manifest, VERSION};
+use crate::write::failed;
 use crate::{BundleError, ManifestError};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::Path;
@@ -36,12 +38,13 @@ pub fn read(dir: &Path) -> Result<Manifest, BundleError> {
 
 /// Parses and checks the text of the manifest at `path`.
 fn parse(path: &Path, text: &[u8]) -> Result<Manifest, BundleError> {
-    let json = |error| BundleError::Json {
+    let json = |(place, error)| BundleError::Json {
         path: path.to_owned(),
+        place,
         error,
     };
     // First what tells whether the rest can be understood.
-    let header: Header = serde_json::from_slice(text).map_err(json)?;
+    let header: Header = parse_json(text).map_err(json)?;
     if header.format != FORMAT {
         return Err(BundleError::WrongFormat {
             path: path.to_owned(),
@@ -55,28 +58,42 @@ fn parse(path: &Path, text: &[u8]) -> Result<Manifest, BundleError> {
             known: VERSION,
         });
     }
-    let manifest: Manifest = serde_json::from_slice(text).map_err(json)?;
+    let manifest: Manifest = parse_json(text).map_err(json)?;
     let invalid = |error: ManifestError| BundleError::Manifest {
         path: path.to_owned(),
         error,
     };
     manifest.check().map_err(invalid)?;
-    let actual = std::str::from_utf8(text)
-        .ok()
-        .and_then(|text| sha256_of_manifest(text, &manifest.sha256));
-    match actual {
-        Some(actual) if actual == manifest.sha256 => Ok(manifest),
-        _ => Err(BundleError::WrongChecksum {
+    match is_sealed(text, &manifest.sha256) {
+        true => Ok(manifest),
+        false => Err(BundleError::WrongChecksum {
             path: path.to_owned(),
         }),
     }
 }
 
-/// What every version of the format has.
+/// What every version of every format has.
 #[derive(Deserialize)]
-struct Header {
-    format: String,
-    version: u64,
+pub(crate) struct Header {
+    pub(crate) format: String,
+    pub(crate) version: u64,
+}
+
+/// Parses a JSON document, or says at which place in it what is wrong.
+pub(crate) fn parse_json<T: DeserializeOwned>(
+    text: &[u8],
+) -> Result<T, (String, serde_json::Error)> {
+    let whole = || "the document".to_owned();
+    let mut parser = serde_json::Deserializer::from_slice(text);
+    let document = serde_path_to_error::deserialize(&mut parser).map_err(|error| {
+        let place = match error.path().iter().len() {
+            0 => whole(),
+            _ => error.path().to_string(),
+        };
+        (place, error.into_inner())
+    })?;
+    parser.end().map_err(|error| (whole(), error))?;
+    Ok(document)
 }
 
 /// Whether the folder holds the manifest of a bundle, of whatever version and state.
@@ -88,21 +105,13 @@ pub(crate) fn is_bundle(dir: &Path) -> Result<bool, BundleError> {
 /// The bytes of the folder's manifest, or `None` where it has none.
 fn read_manifest_text(dir: &Path) -> Result<Option<Vec<u8>>, BundleError> {
     let path = dir.join(MANIFEST_FILE);
-    let failed = |error| BundleError::Io {
-        doing: "read",
-        path: path.clone(),
-        error,
-    };
     match fs::metadata(&path) {
         Ok(found) if found.is_file() => {}
         Ok(_) => return Ok(None),
         Err(e) if is_absent(&e) => return Ok(None),
-        Err(e) => return Err(failed(e)),
+        Err(e) => return Err(failed("read", &path)(e)),
     }
-    let mut text = Vec::new();
-    File::open(&path)
-        .and_then(|file| file.take(MAX_MANIFEST_BYTES + 1).read_to_end(&mut text))
-        .map_err(failed)?;
+    let text = read_beginning(&path, MAX_MANIFEST_BYTES + 1)?;
     if text.len() as u64 > MAX_MANIFEST_BYTES {
         return Err(BundleError::TooLarge {
             path,
@@ -112,19 +121,23 @@ fn read_manifest_text(dir: &Path) -> Result<Option<Vec<u8>>, BundleError> {
     Ok(Some(text))
 }
 
+/// The first `limit` bytes of a file, or all if it has fewer.
+pub(crate) fn read_beginning(path: &Path, limit: u64) -> Result<Vec<u8>, BundleError> {
+    let mut text = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(limit).read_to_end(&mut text))
+        .map_err(failed("read", path))?;
+    Ok(text)
+}
+
 /// Checks that a listed file is there, of the right size and content.
 fn check_file(dir: &Path, record: &FileRecord) -> Result<(), BundleError> {
     let path = dir.join(&record.path);
-    let failed = |error| BundleError::Io {
-        doing: "read",
-        path: path.clone(),
-        error,
-    };
     let found = match fs::metadata(&path) {
         Ok(found) if found.is_file() => found.len(),
         Ok(_) => return Err(BundleError::Missing { path }),
         Err(e) if is_absent(&e) => return Err(BundleError::Missing { path }),
-        Err(e) => return Err(failed(e)),
+        Err(e) => return Err(failed("read", &path)(e)),
     };
     if found != record.bytes {
         return Err(BundleError::WrongSize {
@@ -135,7 +148,7 @@ fn check_file(dir: &Path, record: &FileRecord) -> Result<(), BundleError> {
     }
     let (bytes, sha256) = File::open(&path)
         .and_then(|file| sha256_of_reader(file, record.bytes))
-        .map_err(failed)?;
+        .map_err(failed("read", &path))?;
     match bytes == record.bytes && sha256 == record.sha256 {
         true => Ok(()),
         false => Err(BundleError::WrongChecksum { path }),
@@ -143,7 +156,7 @@ fn check_file(dir: &Path, record: &FileRecord) -> Result<(), BundleError> {
 }
 
 /// Whether a file is not there, or cannot be because a part of its path is not a folder.
-fn is_absent(e: &io::Error) -> bool {
+pub(crate) fn is_absent(e: &io::Error) -> bool {
     matches!(
         e.kind(),
         io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
@@ -153,7 +166,8 @@ fn is_absent(e: &io::Error) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::{sample, sample_files};
+    use crate::checksum::seal;
+    use crate::generate::{damages, manifests, sample, sample_files};
     use crate::write;
     use proptest::prelude::*;
     use serde_json::{Value, json};
@@ -255,6 +269,108 @@ mod tests {
         assert!(!is_bundle(dir.path()).unwrap());
     }
 
+    /// Every error of a manifest names the file, the place in it, and what to do.
+    #[test]
+    fn errors_name_file_place_and_remedy() {
+        let sound = serde_json::to_string_pretty(&sample()).unwrap();
+        let path = Path::new("house/bundle.json");
+        let edit = |from: &str, to: &str| {
+            assert!(sound.contains(from), "{from}");
+            sound.replacen(from, to, 1)
+        };
+        let cut = |at: &str| sound[..sound.find(at).unwrap() + at.len()].to_owned();
+        for (text, place, problem, remedy) in [
+            (
+                String::new(),
+                "the document",
+                "EOF",
+                "bake the bundle again",
+            ),
+            (
+                "no".into(),
+                "the document",
+                "expected ident",
+                "bake the bundle again",
+            ),
+            (
+                "{}".into(),
+                "the document",
+                "missing field `format`",
+                "bake the bundle again",
+            ),
+            (
+                sound.clone() + "}",
+                "the document",
+                "trailing characters",
+                "bake the bundle again",
+            ),
+            (
+                edit("\"farfield-bundle\"", "\"other\""),
+                "format",
+                "is \"other\"",
+                "bake one",
+            ),
+            (
+                edit("\"version\": 1", "\"version\": 9"),
+                "version",
+                "9",
+                "use a newer farfield",
+            ),
+            (
+                edit("\"version\": 1", "\"version\": -1"),
+                "version",
+                "`-1`",
+                "bake the bundle again",
+            ),
+            (
+                cut("\"resolution\": 5"),
+                "options",
+                "EOF while parsing",
+                "bake the bundle again",
+            ),
+            (
+                edit("\"resolution\": 512", "\"resolution\": \"512\""),
+                "options.resolution",
+                "expected u32",
+                "bake the bundle again",
+            ),
+            (
+                edit("\"triangles\": 0", "\"triangels\": 0"),
+                "statistics.before.triangels",
+                "unknown field `triangels`",
+                "bake the bundle again",
+            ),
+            (
+                edit("\"near\": 4.0", "\"near\": null"),
+                "impostors[0].body",
+                "expected f64",
+                "bake the bundle again",
+            ),
+            (
+                edit("\"near\": 4.0", "\"near\": 40.0"),
+                "impostors[0].body.layers[0]",
+                "not in order",
+                "bake the bundle again",
+            ),
+            (
+                edit("\"gap_pixels\": 0", "\"gap_pixels\": 1"),
+                "",
+                "does not match its checksum",
+                "bake the bundle again",
+            ),
+        ] {
+            let message = parse(path, text.as_bytes()).unwrap_err().to_string();
+            let place = match place {
+                // It cannot be told what was changed.
+                "" => "house/bundle.json ".to_owned(),
+                place => format!("house/bundle.json: {place}"),
+            };
+            assert!(message.starts_with(&place), "{message}, expected {place}");
+            assert!(message.contains(problem), "{message}, expected {problem}");
+            assert!(message.ends_with(remedy), "{message}, expected {remedy}");
+        }
+    }
+
     /// A manifest of any size is refused before it is held in memory.
     #[test]
     fn a_huge_manifest_is_refused() {
@@ -303,15 +419,17 @@ mod tests {
             prop_assert!(parse(Path::new("bundle.json"), &text).is_err());
         }
 
-        /// Pieces cut out, doubled or put somewhere else give an error, never a panic.
+        /// However a manifest is cut off or changed, reading it gives an error that names the file,
+        /// never a panic.
         #[test]
-        fn scrambled_manifests_are_errors(cuts: [prop::sample::Index; 3], junk in ".{0,3}") {
-            let text = serde_json::to_string_pretty(&sample()).unwrap().into_bytes();
-            let [a, b, c] = cuts.map(|cut| cut.index(text.len()));
-            let (a, b) = (a.min(b), a.max(b));
-            let scrambled = [&text[..a], &text[c..], junk.as_bytes(), &text[b..]].concat();
-            prop_assume!(scrambled != text);
-            prop_assert!(parse(Path::new("bundle.json"), &scrambled).is_err());
+        fn damaged_manifests_are_errors(mut manifest in manifests(), damage in damages()) {
+            let path = Path::new("bundle.json");
+            let sound = seal(&mut manifest, |manifest| &mut manifest.sha256).into_bytes();
+            prop_assert_eq!(parse(path, &sound).unwrap(), manifest);
+            let damaged = damage.of(&sound);
+            prop_assume!(damaged != sound);
+            let message = parse(path, &damaged).unwrap_err().to_string();
+            prop_assert!(message.starts_with("bundle.json"), "{}", message);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Writing a bundle's folder: it appears complete, or not at all.
 
-use crate::checksum::{NO_CHECKSUM, sha256_hex, sha256_of_manifest};
+use crate::checksum::{seal, sha256_hex};
 use crate::manifest::{FileRecord, MANIFEST_FILE, Manifest};
 use crate::read::is_bundle;
 use crate::{BundleError, ManifestError};
@@ -27,8 +27,8 @@ pub struct NewFile {
 /// is at any time the old bundle or the new one, complete. (Between the two there is none for
 /// a moment where the file system cannot exchange folders; Linux can.) Folders above `dir` are
 /// made as needed. An existing folder is replaced, with all it holds, if it is empty or holds
-/// a `bundle.json` of ours; what a bake that was killed left beside it is removed, except on
-/// Windows.
+/// a `bundle.json` of ours: a new bundle has no certificate until it is verified. What a bake
+/// that was killed left beside it is removed, except on Windows.
 ///
 /// The order of `files` does not matter: the same content gives the same bytes.
 ///
@@ -94,23 +94,12 @@ fn complete(
         })
         .collect();
     manifest.files.sort_by(|a, b| a.path.cmp(&b.path));
-    manifest.sha256 = NO_CHECKSUM.into();
-    let invalid = |error: ManifestError| BundleError::Manifest {
+    let invalid = |error: ManifestError| BundleError::Invalid {
         path: dir.join(MANIFEST_FILE),
         error,
     };
     manifest.check().map_err(invalid)?;
-    let json = |manifest: &Manifest| {
-        let text = serde_json::to_string_pretty(manifest);
-        text.expect("a manifest has only string keys") + "\n"
-    };
-    let unsealed = json(&manifest);
-    manifest.sha256 = sha256_hex(unsealed.as_bytes());
-    let text = json(&manifest);
-    debug_assert_eq!(
-        sha256_of_manifest(&text, &manifest.sha256).as_ref(),
-        Some(&manifest.sha256)
-    );
+    let text = seal(&mut manifest, |manifest| &mut manifest.sha256);
     Ok((manifest, text))
 }
 
@@ -154,10 +143,9 @@ impl Place {
     fn make_partial(&self) -> Result<Partial, BundleError> {
         loop {
             // A name that no other bake has or had, also in another thread: folders are removed by
-            // name. The standard library's hash keys are random.
-            let number = RandomState::new().build_hasher().finish();
+            // name.
             let mut name = self.prefix.clone();
-            name.push(format!("{number:016x}"));
+            name.push(random_digits());
             let path = self.parent.join(name);
             fs::create_dir(&path).map_err(failed("make folder", &path))?;
             // Without the lock, another bake took it for a leftover and removes it.
@@ -311,15 +299,27 @@ fn write_files(dir: &Path, files: &[NewFile], manifest: &[u8]) -> Result<(), Bun
         folders.extend(above.map(Path::to_owned));
         path.parent()
             .map_or(Ok(()), fs::create_dir_all)
-            .and_then(|()| File::create_new(&path))
-            .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
             .map_err(failed("write", &path))?;
+        write_new_file(&path, bytes)?;
     }
     folders.iter().try_for_each(|dir| flush_folder(dir))
 }
 
+/// Writes and flushes a file that must not exist.
+pub(crate) fn write_new_file(path: &Path, bytes: &[u8]) -> Result<(), BundleError> {
+    File::create_new(path)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .map_err(failed("write", path))
+}
+
+/// Sixteen hexadecimal digits that no one else gets.
+pub(crate) fn random_digits() -> String {
+    // The standard library's hash keys are random.
+    format!("{:016x}", RandomState::new().build_hasher().finish())
+}
+
 /// Makes sure that the names in a folder survive a power cut.
-fn flush_folder(dir: &Path) -> Result<(), BundleError> {
+pub(crate) fn flush_folder(dir: &Path) -> Result<(), BundleError> {
     // Elsewhere folders cannot be opened like files.
     if cfg!(unix) {
         File::open(dir)
@@ -392,7 +392,8 @@ fn lock(_: &Path) -> Option<Lock> {
     Some(())
 }
 
-fn failed(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> BundleError {
+/// What an error of the operating system is for us.
+pub(crate) fn failed(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> BundleError {
     move |error| BundleError::Io {
         doing,
         path: path.to_owned(),
@@ -525,10 +526,10 @@ mod tests {
         let mut manifest = sample();
         manifest.options.fov_degrees = f64::NAN;
         let result = write(&parent.path().join("a/b"), &manifest, &sample_files());
-        assert!(matches!(result, Err(BundleError::Manifest { .. })));
+        assert!(matches!(result, Err(BundleError::Invalid { .. })));
         let result = write(&parent.path().join("a/b"), &sample(), &sample_files()[1..]);
         assert!(
-            matches!(result, Err(BundleError::Manifest { .. })),
+            matches!(result, Err(BundleError::Invalid { .. })),
             "no glTF file"
         );
         assert_eq!(tree(parent.path()), before);
