@@ -1,4 +1,4 @@
-//! One-texel spacing: how far apart two neighbouring layers may be.
+//! One-texel spacing: how far apart two neighbouring layers may be, and how far they are.
 
 use farfield_views::Extent;
 use glam::DVec4;
@@ -37,33 +37,98 @@ use glam::DVec4;
 /// When `corners` is empty, `depth` is not positive or does not lie before all of them, or
 /// `movement` is not positive.
 pub fn next_layer(depth: f64, extent: &Extent, movement: f64, corners: &[DVec4]) -> f64 {
+    assert!(movement > 0.0, "a movement of {movement} is not positive");
+    let mut nearest = f64::INFINITY;
+    for line in lines_of_sight(depth, extent, corners) {
+        // No limit where lines of sight past a texel and the one behind it diverge.
+        let excess = line.offset - movement * line.spread;
+        if excess > 0.0 {
+            nearest = nearest.min(movement * depth * line.distance / excess);
+        }
+    }
+    nearest
+}
+
+/// How far the layers at `depth` and `next` are displaced against each other, at most, as seen from
+/// the view cell by a ray that passes through the extent in both: the least `movement` for which
+/// [`next_layer`] allows their distance.
+///
+/// Arguments and result are measured as there. A stack whose displacement is at most a texel in
+/// an extent widened by a texel shows none above it to any ray that passes through its own
+/// extent in either layer: slopes at which a ray meets one layer grow with those at which it
+/// meets the other, so a ray that meets one inside and the other beyond the wider extent would
+/// cross one at its border.
+///
+/// Returns 0 where no ray sees a displacement, as where the cell is the reference viewpoint.
+///
+/// # Panics
+///
+/// When `corners` is empty, or `depth` and `next` are not positive, in order and before all of
+/// them.
+pub fn displacement(depth: f64, next: f64, extent: &Extent, corners: &[DVec4]) -> f64 {
+    assert!(
+        depth <= next,
+        "a layer at {next} is not behind one at {depth}"
+    );
+    let gap = next - depth;
+    lines_of_sight(depth, extent, corners)
+        .map(|line| gap * line.offset / (depth * line.distance + gap * line.spread))
+        .fold(0.0, f64::max)
+}
+
+/// A line of sight of a corner of the cell that runs along a border of the extent in one of two
+/// layers and inside of it in the other.
+///
+/// With a the depth of the nearer layer, c the distance between the layers, and m the movement,
+/// (a `distance` + c `spread`) m = c `offset`.
+struct LineOfSight {
+    /// Lateral distance of the corner from the plane through the reference viewpoint and the
+    /// border, positive on the side that makes the line run inwards.
+    offset: f64,
+    /// Of the nearer layer before the corner, along the axis.
+    distance: f64,
+    /// By how much the offset shrinks per unit of movement.
+    spread: f64,
+}
+
+/// The lines of sight among which that of the greatest movement is, whatever the farther layer.
+fn lines_of_sight(
+    depth: f64,
+    extent: &Extent,
+    corners: &[DVec4],
+) -> impl Iterator<Item = LineOfSight> {
     assert!(!corners.is_empty(), "a view cell has corners");
     assert!(
         depth > 0.0,
         "a layer at depth {depth} is not before the viewpoint"
     );
-    assert!(movement > 0.0, "a movement of {movement} is not positive");
-    let p = movement * depth;
-    let mut nearest = f64::INFINITY;
-    for v in corners {
+    let (min, max) = (extent.min, extent.max);
+    corners.iter().flat_map(move |v| {
         let distance = depth * v.w - v.z;
         assert!(
             distance > 0.0,
             "the layer at {depth} is not before the corner {v}"
         );
-        for axis in 0..2 {
-            let (min, max) = (extent.min[axis], extent.max[axis]);
-            let lateral = |slope: f64| v[axis] - slope * v.z;
-            let right = lateral(min).max(lateral(max - movement));
-            let left = -lateral(min + movement).min(lateral(max));
-            // No limit where b <= p: the lines of sight past a texel and the one behind it diverge.
-            let excess = right.max(left) - p * v.w;
-            if excess > 0.0 {
-                nearest = nearest.min(p * distance / excess);
-            }
-        }
-    }
-    nearest
+        [0, 1].into_iter().flat_map(move |axis| {
+            let from_min = v[axis] - min[axis] * v.z;
+            let from_max = v[axis] - max[axis] * v.z;
+            // A line that meets the farther layer at the border moves by c b / (a (D + c)), one
+            // that meets the nearer layer there by c b / ((a + c) D); from the right it runs to
+            // the left, and so inwards to the border of the farther layer if that is the left.
+            let (in_farther, in_nearer) = (depth * v.w, distance);
+            [
+                (from_min, in_farther),
+                (from_max, in_nearer),
+                (-from_max, in_farther),
+                (-from_min, in_nearer),
+            ]
+            .map(|(offset, spread)| LineOfSight {
+                offset,
+                distance,
+                spread,
+            })
+        })
+    })
 }
 
 #[cfg(test)]
@@ -298,6 +363,78 @@ mod tests {
             let movement = extent.size().min_element() / texels;
             let fine = next_layer(depth, &extent, movement, &corners);
             prop_assert!(next_layer(depth, &extent, 2.0 * movement, &corners) >= fine);
+        }
+    }
+
+    proptest! {
+        /// The displacement between two layers is the least movement that allows their distance.
+        #[test]
+        fn displacement_inverts_next_layer(
+            Setup { corners, extent, depth } in setups(),
+            texels in 1.0..600.0f64,
+            distance in prop_oneof![Just(0.0), 1e-3..1e3f64],
+        ) {
+            let movement = extent.size().min_element() / texels;
+            let distance_of_movement = next_layer(depth, &extent, movement, &corners);
+            if distance_of_movement < 1e6 {
+                let found = displacement(depth, depth + distance_of_movement, &extent, &corners);
+                // A distance of at most 1e6 is added to a depth of 0.05 and more and taken from
+                // the sum again, and is at least 1e-5 of the depth.
+                prop_assert!((found / movement - 1.0).abs() < 1e-8, "{found} is not {movement}");
+            } else {
+                let found = displacement(depth, depth + distance.min(1e6), &extent, &corners);
+                prop_assert!(found <= movement);
+            }
+
+            let found = displacement(depth, depth + distance, &extent, &corners);
+            if found > 0.0 {
+                // A little more allows the distance, a little less does not.
+                let allowed = |movement| next_layer(depth, &extent, movement, &corners);
+                prop_assert!(allowed(found * (1.0 + 1e-8)) >= distance);
+                prop_assert!(allowed(found * (1.0 - 1e-8)) <= distance);
+            }
+        }
+
+        /// No ray from anywhere in the cell that passes through the extent in both layers sees
+        /// them displaced by more, and some ray does see them so displaced.
+        #[test]
+        fn displacement_is_the_greatest_seen(
+            Setup { corners, extent, depth } in setups(),
+            distance in 1e-3..10.0f64,
+            rays in prop::collection::vec((weights(), prop::array::uniform2(0.0..=1.0f64)), 40),
+        ) {
+            let next = depth + distance;
+            let most = displacement(depth, next, &extent, &corners);
+            for (weights, at) in rays {
+                let Some(eye) = viewpoint(&corners, &weights) else { continue };
+                let slope = extent.min + extent.size() * DVec2::from(at);
+                let behind = slope_behind(eye, slope, depth, next);
+                for axis in 0..2 {
+                    let inside = (extent.min[axis]..=extent.max[axis]).contains(&behind[axis]);
+                    let moved = (behind[axis] - slope[axis]).abs();
+                    // As in the test of the spacing.
+                    prop_assert!(!inside || moved <= most + 1e-10, "{moved} > {most}");
+                }
+            }
+            // From a corner, along a border of either layer.
+            let mut seen = 0f64;
+            for eye in corner_points(&corners) {
+                for slope in [extent.min, extent.max] {
+                    let behind = slope_behind(eye, slope, depth, next);
+                    let before = slope_behind(eye, slope, next, depth);
+                    let inwards = (extent.min + extent.max) / 2.0 - slope;
+                    for moved in [behind - slope, before - slope] {
+                        for axis in 0..2 {
+                            if moved[axis] * inwards[axis] > 0.0 {
+                                seen = seen.max(moved[axis].abs());
+                            }
+                        }
+                    }
+                }
+            }
+            // In place of corners at infinity stand points 1e5 and more away, where slopes are
+            // off by 1e-10, and distances of up to 16 count by 2e-4 of themselves.
+            prop_assert!((seen - most).abs() <= 1e-9 + 2e-4 * most, "{seen} is not {most}");
         }
     }
 

@@ -450,32 +450,11 @@ impl Space<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{Setup, parallax, setups, slope_behind, viewpoint, weights};
+    use crate::testing::{parallax, slope_behind, stacks, viewpoint, weights};
     use proptest::prelude::*;
 
     fn pose() -> Pose {
         Pose::looking_along(DVec3::ZERO, DVec3::NEG_Z)
-    }
-
-    /// What is represented, before a cell; texels of which at most 64 fit in.
-    fn stacks() -> impl Strategy<Value = (Setup, Bounds, Precision)> {
-        let range = prop_oneof![Just(0.0), 0.01..20.0f64];
-        (setups(), range, 1.0..64.0f64, 0.5..=1.0f64, 0.1..2.0f64).prop_map(
-            |(setup, range, texels, disparity, pixel)| {
-                let bounds = Bounds {
-                    extent: setup.extent,
-                    near: setup.depth,
-                    far: setup.depth + range,
-                };
-                let texel = setup.extent.size().max_element() / texels;
-                let precision = Precision {
-                    texel,
-                    disparity,
-                    parallax: texel * pixel,
-                };
-                (setup, bounds, precision)
-            },
-        )
     }
 
     /// Says what is wrong with a stack for the given bounds, besides what viewpoints see.

@@ -1,6 +1,7 @@
 //! Generators and brute force shared by this crate's tests.
 
-use farfield_views::Extent;
+use crate::{Bounds, Precision};
+use farfield_views::{Extent, ViewCell};
 use glam::{DVec2, DVec3, DVec4};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -61,6 +62,66 @@ pub(crate) fn setups() -> impl Strategy<Value = Setup> {
                 depth: end + depth,
             }
         })
+}
+
+/// What is represented, before a cell; texels of which at most 64 fit in.
+pub(crate) fn stacks() -> impl Strategy<Value = (Setup, Bounds, Precision)> {
+    let range = prop_oneof![Just(0.0), 0.01..20.0f64];
+    (setups(), range, 1.0..64.0f64, 0.5..=1.0f64, 0.1..2.0f64).prop_map(
+        |(setup, range, texels, disparity, pixel)| {
+            let bounds = Bounds {
+                extent: setup.extent,
+                near: setup.depth,
+                far: setup.depth + range,
+            };
+            let texel = setup.extent.size().max_element() / texels;
+            let precision = Precision {
+                texel,
+                disparity,
+                parallax: texel * pixel,
+            };
+            (setup, bounds, precision)
+        },
+    )
+}
+
+/// Boxes of all shapes before cells of all shapes, along -z.
+pub(crate) fn cells_before_boxes() -> impl Strategy<Value = (ViewCell, [DVec3; 2])> {
+    let vector = |range: std::ops::Range<f64>| prop::array::uniform3(range).prop_map(DVec3::from);
+    let size = || {
+        prop::array::uniform3(prop_oneof![Just(0.0), Just(1.0), 0.01..3.0f64]).prop_map(DVec3::from)
+    };
+    let boxes =
+        (size(), size(), vector(-2.0..2.0), 0.1..5.0f64).prop_map(|(cell, object, shift, gap)| {
+            let from = -object / 2.0;
+            let center = shift.with_z(object.z / 2.0 + gap + cell.z / 2.0);
+            (ViewCell::Box { center, size: cell }, [from, from + object])
+        });
+    let shafts = (
+        size(),
+        vector(-0.2..0.2),
+        0.0..1.2f64,
+        0.1..5.0f64,
+        0.0..9.0f64,
+    )
+        .prop_map(|(object, tilt, half_angle, gap, depth)| {
+            let near = object.length() / 2.0 + gap;
+            let far = if depth > 6.0 {
+                f64::INFINITY
+            } else {
+                near + depth
+            };
+            let axis = DVec3::Z + tilt;
+            let shaft = ViewCell::Shaft {
+                apex: DVec3::ZERO,
+                axis,
+                half_angle,
+                near,
+                far,
+            };
+            (shaft, [-object / 2.0, object / 2.0])
+        });
+    prop_oneof![boxes, shafts]
 }
 
 /// Weights of a cell's corners, many of them zero, so that corners, edges and faces come up.

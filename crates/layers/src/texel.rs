@@ -1,7 +1,9 @@
-//! The largest texel that no promised camera magnifies.
+//! The largest texel that no promised camera magnifies, and the smallest that one sees.
 
+use crate::cubic::cubic_roots;
+use crate::{LayerStack, PromisedCamera};
 use farfield_views::{Pose, ViewCell};
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 /// Side of a texel per unit of depth, the largest that appears at most one pixel wide in the
 /// centre of a camera anywhere in the cell that looks at the centre of the represented box.
@@ -39,6 +41,30 @@ pub fn texel_size(pose: &Pose, cell: &ViewCell, represented: [DVec3; 2], pixel: 
         })
         .fold(f64::INFINITY, f64::min);
     pixel * least_ratio
+}
+
+/// The least side of a texel seen from anywhere in the view cell, in pixels of the camera's centre,
+/// on an image plane parallel to the layers.
+///
+/// From a corner v, a texel of the layer at depth a is k a / (a - v.z) wide at unit distance. That
+/// is least for the corner farthest behind and, as it rises or falls with a throughout, in the
+/// first or the last layer. A camera that is tilted against the layers is farther away along its
+/// own axis, and sees texels smaller by the cosine of the angle between, and at a slant by the
+/// same once more.
+///
+/// * `corners` - of the cell, in view space of the stack's pose, wholly before its layers; see
+///   [`corners_in_view`](crate::corners_in_view)
+///
+/// Returns 0 for a cell that reaches to infinity, and infinity if there is no layer.
+pub fn smallest_texel(stack: &LayerStack, corners: &[DVec4], camera: &PromisedCamera) -> f64 {
+    let ends = stack.layers.first().into_iter().chain(stack.layers.last());
+    ends.flat_map(|layer| {
+        corners
+            .iter()
+            .map(|v| v.w * layer.depth / (layer.depth * v.w - v.z))
+    })
+    .map(|share| stack.texel() / camera.pixel() * share)
+    .fold(f64::INFINITY, f64::min)
 }
 
 /// The cell with `origin` as the world's origin: what follows keeps its digits far away from it.
@@ -140,67 +166,12 @@ fn stationary_points(line: &Line, point: DVec3) -> impl Iterator<Item = DVec3> {
         .map(move |s| foot + direction * (s * n))
 }
 
-/// The real roots of t^3 + p t + q, by Cardano's formula, or Vieta's where there are three.
-fn cubic_roots(p: f64, q: f64) -> [Option<f64>; 3] {
-    let discriminant = q * q / 4.0 + p * p * p / 27.0;
-    if discriminant >= 0.0 {
-        let u = (-q / 2.0 - discriminant.sqrt().copysign(q)).cbrt();
-        let root = if u == 0.0 { 0.0 } else { u - p / (3.0 * u) };
-        // Where two roots coincide, the distance is not least but inflected.
-        return [Some(root), None, None];
-    }
-    let m = 2.0 * (-p / 3.0).sqrt();
-    let angle = (3.0 * q / (p * m)).clamp(-1.0, 1.0).acos() / 3.0;
-    [0.0, 1.0, 2.0].map(|k| Some(m * (angle - k * std::f64::consts::TAU / 3.0).cos()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::cells_before_boxes;
     use farfield_views::Camera;
     use proptest::prelude::*;
-
-    /// Boxes of all shapes before cells of all shapes, along -z.
-    fn cases() -> impl Strategy<Value = (ViewCell, [DVec3; 2])> {
-        let vector =
-            |range: std::ops::Range<f64>| prop::array::uniform3(range).prop_map(DVec3::from);
-        let size = || {
-            prop::array::uniform3(prop_oneof![Just(0.0), Just(1.0), 0.01..3.0f64])
-                .prop_map(DVec3::from)
-        };
-        let boxes = (size(), size(), vector(-2.0..2.0), 0.1..5.0f64).prop_map(
-            |(cell, object, shift, gap)| {
-                let from = -object / 2.0;
-                let center = shift.with_z(object.z / 2.0 + gap + cell.z / 2.0);
-                (ViewCell::Box { center, size: cell }, [from, from + object])
-            },
-        );
-        let shafts = (
-            size(),
-            vector(-0.2..0.2),
-            0.0..1.2f64,
-            0.1..5.0f64,
-            0.0..9.0f64,
-        )
-            .prop_map(|(object, tilt, half_angle, gap, depth)| {
-                let near = object.length() / 2.0 + gap;
-                let far = if depth > 6.0 {
-                    f64::INFINITY
-                } else {
-                    near + depth
-                };
-                let axis = DVec3::Z + tilt;
-                let shaft = ViewCell::Shaft {
-                    apex: DVec3::ZERO,
-                    axis,
-                    half_angle,
-                    near,
-                    far,
-                };
-                (shaft, [-object / 2.0, object / 2.0])
-            });
-        prop_oneof![boxes, shafts]
-    }
 
     /// The least pixels per texel by brute force, over points of the cell spaced evenly.
     fn least_pixels(pose: &Pose, cell: &ViewCell, [from, to]: [DVec3; 2], steps: u32) -> f64 {
@@ -240,7 +211,7 @@ mod tests {
         /// No camera of the cell magnifies a texel, and one shows it in full, up to the step of
         /// the lattice that is searched.
         #[test]
-        fn the_texel_is_the_largest_that_is_never_magnified((cell, represented) in cases()) {
+        fn the_texel_is_the_largest_that_is_never_magnified((cell, represented) in cells_before_boxes()) {
             let axis = match cell {
                 ViewCell::Box { .. } => DVec3::NEG_Z,
                 ViewCell::Shaft { axis, .. } => -axis,
@@ -255,22 +226,6 @@ mod tests {
             // Half a step of 1/16 of a cell at most 3 wide is 0.1 m; the distance changes with
             // the square of it over the distance, and the depths are at least 0.1.
             prop_assert!(texel >= least - pixel * 0.2, "{texel} could be {least}");
-        }
-
-        /// The roots are roots, and all of them are found.
-        #[test]
-        fn roots_of_a_cubic_are_found(a in -10.0..10.0f64, b in -10.0..10.0f64) {
-            // (t - a) (t - b) (t + a + b) has no square term.
-            let c = -a - b;
-            let (p, q) = (a * b + b * c + c * a, -a * b * c);
-            let found: Vec<_> = cubic_roots(p, q).into_iter().flatten().collect();
-            for root in [a, b, c] {
-                let apart = [a, b, c].iter().filter(|r| (*r - root).abs() < 0.1).count() == 1;
-                // Coefficients of up to 1e4 are rounded to 1e-12; a root moves by that over the
-                // product of its distances from the others, at least 0.01.
-                let near = found.iter().any(|r| (r - root).abs() < 1e-9);
-                prop_assert!(!apart || near, "{root} is not among {found:?}");
-            }
         }
     }
 

@@ -1,7 +1,14 @@
 #![doc = include_str!("../README.md")]
 
 mod paint;
+
 mod quads;
 
+mod read_back;
+
+mod compose;
+
+pub use compose::compose_layer;
 pub use paint::{GUTTER, LayerTexels, Patch, blank_page, paint};
 pub use quads::{ALPHA_CUTOFF, quad_scene};
+pub use read_back::{Damage, QuadError, patches_of};

@@ -16,7 +16,7 @@ pub const ALPHA_CUTOFF: f32 = 0.24;
 /// How far a quad reaches over its rectangle on every side, in texels: into the gutter, so that
 /// quads of one layer overlap and show the same texels there at the same depth. Without it,
 /// T-junctions open.
-const OVERLAP: f64 = 0.5;
+pub(crate) const OVERLAP: f64 = 0.5;
 
 /// The quads of one impostor: one object, one mesh, the triangles of each page behind each other,
 /// and one masked, unlit, single-sided material per page, with bilinear look-up without levels of

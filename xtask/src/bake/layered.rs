@@ -8,7 +8,9 @@ use farfield_atlas::pack;
 use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody};
 use farfield_culling::Culler;
 use farfield_grid::{Grid, Rect};
-use farfield_layers::{Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view, stack};
+use farfield_layers::{
+    Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view, smallest_texel, stack,
+};
 use farfield_pages::{GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
 use farfield_quads::{Price, cover};
 use farfield_sampling::{
@@ -100,23 +102,12 @@ pub(super) fn bake(
         represented: settings.represented,
         body: Body::Layered(body),
     };
+    let corners = corners_in_view(&stack.pose, &settings.cell);
     Ok(Baked {
         impostor,
         display,
-        smallest_texel: smallest_texel(&stack, settings),
+        smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
     })
-}
-
-/// The least side of a texel seen from anywhere in the view cell, in pixels: one of the first
-/// layer, seen from the farthest corner. Corners at infinity see none.
-fn smallest_texel(stack: &LayerStack, settings: &Settings) -> f64 {
-    let corners = corners_in_view(&stack.pose, &settings.cell);
-    let farthest = corners
-        .iter()
-        .map(|corner| corner.z)
-        .fold(f64::INFINITY, f64::min);
-    let depth = stack.layers[0].depth;
-    stack.texel() * depth / (settings.camera.pixel() * (depth - farthest))
 }
 
 /// Where the layers go: reference viewpoint and texel size follow from the represented box,
