@@ -10,5 +10,15 @@ mod view_cell;
 pub use bake::{BakeOptions, BakeReport, ImpostorReport, bake, layered};
 pub use console::Console;
 pub use source::SceneChoice;
-pub use verify::{VerifyOptions, VerifyReport, verify};
+pub use verify::{
+    CostOfBoth, CoverageAt, Place, Spread, Summary, VerifyOptions, VerifyReport, verify,
+};
 pub use view_cell::ViewCellSpec;
+
+/// What bundles and certificates name as their maker.
+fn generator() -> farfield_bundle::Generator {
+    farfield_bundle::Generator {
+        name: "farfield".into(),
+        version: env!("CARGO_PKG_VERSION").into(),
+    }
+}

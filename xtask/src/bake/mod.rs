@@ -7,8 +7,8 @@ use crate::source::{self, SceneChoice};
 use crate::view_cell::{self, SMALLEST_TEXEL, ViewCellSpec};
 use anyhow::{Context, Result};
 use farfield_bundle::{
-    Body, Cost, FORMAT, Foliage, GLTF_FILE, Generator, Manifest, NewFile, Options, Promise,
-    Statistics, Technique, VERSION, encode_png, glb_from_scene,
+    Body, Cost, FORMAT, Foliage, GLTF_FILE, Manifest, NewFile, Options, Promise, Statistics,
+    Technique, VERSION, encode_png, glb_from_scene,
 };
 use farfield_layers::PromisedCamera;
 use farfield_scene::{AlphaMode, Scene};
@@ -121,10 +121,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let manifest = Manifest {
         format: FORMAT.into(),
         version: VERSION,
-        generator: Generator {
-            name: "farfield".into(),
-            version: env!("CARGO_PKG_VERSION").into(),
-        },
+        generator: crate::generator(),
         technique: Technique::Layered {
             bytes_per_quad: options.bytes_per_quad,
             foliage: Foliage::Any,
@@ -139,6 +136,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         promise: Promise {
             gap_pixels: Some(0),
             parallax_px: Some(1.0),
+            phantom_pixels: Some(0),
+            colour_bias: Some(1.0 / 255.0),
             notes: [OFF_AXIS.to_owned()].into_iter().chain(too_small).collect(),
             ..Promise::default()
         },

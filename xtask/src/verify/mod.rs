@@ -1,19 +1,29 @@
 //! Whether a bundle keeps its promise.
 
+mod beyond;
+mod certificate;
+mod construction;
+mod html;
+mod promise;
+mod report;
+mod subject;
+mod table;
+mod totals;
 mod view;
+mod worst;
+
+pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
+pub use totals::Place;
 
 use crate::console::Console;
 use crate::source::{self, SceneChoice};
-use anyhow::{Context, Result, bail};
-use farfield_bundle::{Body, GLTF_FILE, Manifest};
-use farfield_sampling::Textures;
-use farfield_scene::Scene;
-use farfield_views::Pose;
-use glam::DVec3;
+use anyhow::{Context, Result};
+use farfield_bundle::{CertificateState, GLTF_FILE, Manifest};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use view::{Subject, ViewFigures, look, write_pictures};
+use subject::Subject;
+use totals::Totals;
 
 /// Which bundle to verify, and from where.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,32 +34,20 @@ pub struct VerifyOptions {
     pub scene: Option<PathBuf>,
     /// Numbers of the viewpoints: 0 is the reference viewpoint, 1 to 8 are the cell's corners,
     /// 9 to 26 its edge and face centres, from 27 on points spread evenly in it.
+    ///
+    /// From 0 on they verify the bundle; others are only looked at.
     pub views: Range<u64>,
 }
 
-/// What was measured; field names are a published contract.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct VerifyReport {
-    /// Number of viewpoints.
-    pub views: u64,
-    /// Pixels at which one looks through the impostor, in all views together.
-    pub gap_pixels: u64,
-    /// Pixels that only the impostor covers, far from the original, in all views together.
-    pub phantom_pixels: u64,
-    /// Share of the original's pixels that the impostor misses, over all views.
-    pub coverage_error: f64,
-    /// The number of the worst viewpoint: most gaps, then phantoms, then missed pixels.
-    pub worst_view: u64,
-    /// Whether the bundle keeps its promise.
-    pub holds: bool,
-}
-
-/// Distinguishes verify's viewpoints from any that a bake may look from.
-const SEED: u64 = 0x7665_7269_6679;
+/// Views that are looked at before their figures are added up: bounds memory.
+const CHUNK: u64 = 64;
 
 /// Renders a bundle as a glTF client would and its original, from many viewpoints of the view
-/// cell, counts what the impostor does wrong, and writes `verify.json` and pictures of the worst
-/// view into the bundle's folder.
+/// cell, measures what the impostor does wrong, checks how it is built, and writes `verify.json`,
+/// `report.html` and pictures of the worst views into the bundle's folder. A bundle that keeps its
+/// promise gets a certificate, one that does not loses it.
+///
+/// Views that do not start at 0 are looked at without leaving more than pictures behind.
 ///
 /// # Errors
 ///
@@ -57,99 +55,132 @@ const SEED: u64 = 0x7665_7269_6679;
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
     let dir = &options.dir;
     let manifest = console.stage("read bundle", || farfield_bundle::read(dir))?;
+    tell_certificate(dir, &manifest, console)?;
     let original = console.stage("read original", || {
         source::load_again(&manifest, dir, options.scene.as_deref())
     })?;
     let original = original.scene;
     let impostor = source::load(&SceneChoice::File(dir.join(GLTF_FILE)), &[])?.scene;
-    let subject = subject(&manifest, &original, &impostor)?;
+    let subject = Subject::new(&manifest, &original, &impostor)?;
 
-    let count = options.views.end - options.views.start;
-    let bar = console.bar("look", count);
-    let figures: Vec<ViewFigures> = options
-        .views
-        .clone()
-        .into_par_iter()
-        .map(|view| {
-            let figures = look(&subject, view, eye(&manifest, &subject.reference, view));
-            bar.inc(1);
-            figures
-        })
-        .collect();
-    bar.finish_and_clear();
+    let construction = construction::check_construction(&subject);
+    let totals = look_at_all(&subject, &options.views, console);
+    let coverage_at = console.stage("coverage", || coverage_at(&subject, &options.views));
+    let mut report = report::summarise(
+        &totals,
+        coverage_at,
+        construction.proved,
+        &manifest.statistics,
+    );
+    report.broken = promise::broken(&report, &manifest.promise);
+    report.broken.extend(construction.faults);
+    report.holds = report.broken.is_empty();
+    let whole = options.views.start == 0;
+    if whole && report.holds {
+        let beyond = console.stage("beyond the cell", || {
+            beyond::beyond(&subject, &manifest.promise)
+        });
+        report.beyond = Some(beyond);
+    }
 
-    let report = summarise(&figures, &manifest);
-    let worst = figures
+    let rows = table::promised_rows(&report, &manifest.promise);
+    let folder = dir.join("report");
+    if whole && folder.exists() {
+        // Pictures of earlier worst views.
+        std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
+    }
+    let pictures: Vec<_> = totals
+        .worst
         .iter()
-        .find(|figures| figures.view == report.worst_view);
-    let worst = worst.context("there must be at least one viewpoint")?;
-    let pictures = dir.join("report");
-    if options.views.start == 0 && pictures.exists() {
-        // Those of an earlier worst view.
-        std::fs::remove_dir_all(&pictures).with_context(|| pictures.display().to_string())?;
+        .map(|view| worst::picture(&subject, view))
+        .collect();
+    for pictures in &pictures {
+        worst::write(pictures, &folder)?;
     }
-    write_pictures(&subject, worst, &pictures)?;
-    if options.views.start == 0 {
+    table::print(&report, &rows, &totals, console);
+    if whole {
+        let sources = html::Sources {
+            dir,
+            manifest: &manifest,
+            subject: &subject,
+            patches: &construction.patches,
+            totals: &totals,
+            report: &report,
+            promised: rows,
+            pictures: &pictures,
+        };
+        let page = html::page(sources).context("report.html")?;
+        html::write(dir, &page)?;
         write_json(dir, &report)?;
+        match report.holds {
+            true => {
+                let certificate = certificate::certificate(&manifest, &report);
+                farfield_bundle::write_certificate(dir, &certificate)?;
+            }
+            false => farfield_bundle::remove_certificate(dir)?,
+        }
+        console.say(format_args!(
+            "  report in {}",
+            dir.join("report.html").display()
+        ));
+    } else {
+        console.say(format_args!("  pictures in {}", folder.display()));
     }
-    print(&report, worst, &manifest, &pictures, console);
     Ok(report)
 }
 
-/// What is compared with what, for the one impostor of the bundle.
-fn subject<'a>(
-    manifest: &Manifest,
-    original: &'a Scene,
-    impostor: &'a Scene,
-) -> Result<Subject<'a>> {
-    let [one] = manifest.impostors.as_slice() else {
-        bail!(
-            "the bundle holds {} impostors; this version verifies one",
-            manifest.impostors.len()
-        );
-    };
-    let Body::Layered(body) = &one.body;
-    let [min, max] = one.represented;
-    Ok(Subject {
-        original,
-        original_textures: Textures::new(original),
-        impostor,
-        impostor_textures: Textures::new(impostor),
-        reference: body.pose,
-        borders: body.borders(),
-        target: (min + max) / 2.0,
-        fov: manifest.options.fov_degrees.to_radians(),
-        resolution: manifest.options.resolution,
-    })
+/// Says what is known from earlier verifications.
+fn tell_certificate(dir: &Path, manifest: &Manifest, console: &Console) -> Result<()> {
+    match farfield_bundle::read_certificate(dir, manifest)? {
+        CertificateState::Missing => {}
+        CertificateState::Valid(certificate) => console.say(format_args!(
+            "  certified from {} viewpoints",
+            certificate.viewpoints
+        )),
+        CertificateState::Stale { why } => console.warn(format_args!("the certificate {why}")),
+    }
+    Ok(())
 }
 
-/// Viewpoint number `view`, in the world.
-fn eye(manifest: &Manifest, reference: &Pose, view: u64) -> DVec3 {
-    match view.checked_sub(1) {
-        None => reference.eye,
-        Some(index) => manifest.options.view_cell.viewpoint(index, SEED),
+/// Looks from all viewpoints, in memory that does not grow with their number.
+fn look_at_all(subject: &Subject<'_>, views: &Range<u64>, console: &Console) -> Totals {
+    let bar = console.bar("look", views.end - views.start);
+    let mut totals = Totals::default();
+    for start in views.clone().step_by(CHUNK as usize) {
+        let chunk = start..(start + CHUNK).min(views.end);
+        let figures: Vec<_> = chunk
+            .into_par_iter()
+            .map(|view| {
+                let figures = view::look(subject, view);
+                bar.inc(1);
+                figures
+            })
+            .collect();
+        figures.into_iter().for_each(|figures| totals.add(figures));
     }
+    bar.finish_and_clear();
+    totals
 }
 
-fn summarise(figures: &[ViewFigures], manifest: &Manifest) -> VerifyReport {
-    let sum = |count: fn(&ViewFigures) -> u64| figures.iter().map(count).sum::<u64>();
-    let gap_pixels = sum(|view| view.gaps.len() as u64);
-    let badness =
-        |view: &&ViewFigures| (view.gaps.len(), view.phantoms.len(), view.coverage.missed);
-    // Of several that are equally bad the first.
-    let worst = figures.iter().rev().max_by_key(badness);
-    let missed = sum(|view| view.coverage.missed);
-    VerifyReport {
-        views: figures.len() as u64,
-        gap_pixels,
-        phantom_pixels: sum(|view| view.phantoms.len() as u64),
-        coverage_error: missed as f64 / sum(|view| view.coverage.covered).max(1) as f64,
-        worst_view: worst.map_or(0, |view| view.view),
-        holds: manifest
-            .promise
-            .gap_pixels
-            .is_none_or(|most| gap_pixels <= most),
-    }
+/// Views that are looked at in several resolutions: the reference viewpoint, corners, edge and
+/// face centres.
+const LATTICE_VIEWS: u64 = 27;
+
+/// How the number of covered pixels changes, at full, half and quarter resolution.
+fn coverage_at(subject: &Subject<'_>, views: &Range<u64>) -> Vec<CoverageAt> {
+    let end = views.end.min(LATTICE_VIEWS.max(views.start + 1));
+    [1, 2, 4]
+        .map(|divisor| {
+            let counts = (views.start..end)
+                .into_par_iter()
+                .map(|view| view::coverage_at(subject, view, divisor));
+            let [original, impostor] = counts.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+            CoverageAt {
+                resolution: (subject.lens.resolution / divisor).max(1),
+                change: impostor as f64 / original.max(1) as f64 - 1.0,
+            }
+        })
+        .into()
 }
 
 fn write_json(dir: &Path, report: &VerifyReport) -> Result<()> {
@@ -159,65 +190,4 @@ fn write_json(dir: &Path, report: &VerifyReport) -> Result<()> {
     std::fs::write(&partial, text)
         .and_then(|()| std::fs::rename(&partial, &path))
         .with_context(|| path.display().to_string())
-}
-
-fn print(
-    report: &VerifyReport,
-    worst: &ViewFigures,
-    manifest: &Manifest,
-    pictures: &Path,
-    console: &Console,
-) {
-    let promised = |most: Option<u64>| most.map_or(String::new(), |most| format!("at most {most}"));
-    console.say(format_args!("\n  {:<28}{:>12}   promised", "", "measured"));
-    let gaps = promised(manifest.promise.gap_pixels);
-    console.say(format_args!(
-        "  {:<28}{:>12}   {gaps}",
-        "gap pixels", report.gap_pixels
-    ));
-    console.say(format_args!(
-        "  {:<28}{:>12}",
-        "phantom pixels", report.phantom_pixels
-    ));
-    let percent = report.coverage_error * 100.0;
-    console.say(format_args!(
-        "  {:<28}{:>10.4} %",
-        "coverage error", percent
-    ));
-    if let Some(pixels) = manifest.promise.parallax_px {
-        let how = "not measured; it follows from where the layers are";
-        console.say(format_args!(
-            "  {:<28}{:>12}   at most {pixels} ({how})",
-            "parallax, pixels", "-"
-        ));
-    }
-    console.say(format_args!("  {:<28}{:>12}", "viewpoints", report.views));
-    let [x, y, z] = worst.eye.to_array();
-    console.say(format_args!(
-        "\n  worst: view {} from ({x:.4}, {y:.4}, {z:.4}): {} gap pixels, {} phantom pixels, \
-         {} of {} pixels missed",
-        worst.view,
-        worst.gaps.len(),
-        worst.phantoms.len(),
-        worst.coverage.missed,
-        worst.coverage.covered
-    ));
-    if !worst.gaps.is_empty() {
-        let places = worst
-            .gaps
-            .iter()
-            .take(8)
-            .map(|[x, y]| format!("({x}, {y})"));
-        console.say(format_args!(
-            "  gaps at pixels {}",
-            places.collect::<Vec<_>>().join(", ")
-        ));
-    }
-    console.say(format_args!("  pictures of it in {}", pictures.display()));
-    let verdict = if report.holds {
-        "the promise holds"
-    } else {
-        "the promise is BROKEN"
-    };
-    console.say(format_args!("\n  {verdict}"));
 }

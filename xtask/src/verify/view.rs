@@ -1,70 +1,179 @@
 //! One view of original and impostor, compared.
 
+use super::subject::{Side, Subject};
 use crate::pictures;
-use anyhow::{Context, Result};
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
-    Coverage, NONE, coverage, covered_in_any_sample, gap_pixels, layer_indices, phantom_pixels,
+    ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
+    SilhouetteDisplacement, color_difference, compared_region, coverage, covered_in_any_sample,
+    gap_pixels, layer_indices, parallax, phantom_pixels, silhouette_displacement, ssim_errors,
 };
-use farfield_sampling::{Lighting, Textures, rasterize, record, shade};
-use farfield_scene::Scene;
-use farfield_views::{Camera, Pose};
-use glam::{DVec3, Vec3};
-use std::path::Path;
+use farfield_sampling::{Lighting, Visibility, rasterize, record, shade};
+use farfield_views::Camera;
+use glam::DVec3;
 
-/// What is compared with what.
-pub(super) struct Subject<'a> {
-    pub(super) original: &'a Scene,
-    pub(super) original_textures: Textures<'a>,
-    pub(super) impostor: &'a Scene,
-    pub(super) impostor_textures: Textures<'a>,
-    /// The reference viewpoint.
-    pub(super) reference: Pose,
-    /// Depths between the layers, from the reference viewpoint.
-    pub(super) borders: Vec<f64>,
-    /// What cameras look at, in the world.
-    pub(super) target: DVec3,
-    /// In radians.
-    pub(super) fov: f64,
-    /// Pixels along each side.
-    pub(super) resolution: u32,
+/// Whether everything is where it should be in one view.
+pub(super) struct Geometry {
+    /// Pixels at which one looks through the impostor.
+    pub(super) gaps: Vec<[u32; 2]>,
+    /// Pixels that only the impostor covers, far from the original.
+    pub(super) phantoms: Vec<[u32; 2]>,
+    pub(super) parallax: ParallaxErrors,
 }
 
-impl Subject<'_> {
-    fn camera(&self, eye: DVec3) -> Camera {
-        Camera::looking_at(eye, self.target, self.fov, self.resolution)
-    }
-}
-
-/// What one view shows wrong.
+/// What one view shows.
 pub(super) struct ViewFigures {
     pub(super) view: u64,
     pub(super) eye: DVec3,
-    pub(super) gaps: Vec<[u32; 2]>,
-    pub(super) phantoms: Vec<[u32; 2]>,
+    pub(super) geometry: Geometry,
     pub(super) coverage: Coverage,
+    /// Pixels that the impostor covers.
+    pub(super) covered_by_impostor: u64,
+    pub(super) silhouette: SilhouetteDisplacement,
+    pub(super) color: ColorDifference,
+    pub(super) ssim: Distribution,
+    /// Empty where FLIP is not built in.
+    pub(super) flip: Distribution,
+}
+
+impl ViewFigures {
+    /// Orders views: the greater the worse.
+    pub(super) fn is_worse_than(&self, other: &Self) -> bool {
+        let wrong = |view: &Self| {
+            let geometry = &view.geometry;
+            geometry.gaps.len() + geometry.phantoms.len() + geometry.parallax.above.len()
+        };
+        let look = |view: &Self| view.flip.mean().max(view.ssim.mean());
+        let order = wrong(self).cmp(&wrong(other));
+        order.then(look(self).total_cmp(&look(other))).is_gt()
+    }
+}
+
+/// What both sides show to a camera.
+pub(super) struct Pictures {
+    pub(super) original: Shown,
+    pub(super) impostor: Shown,
+}
+
+/// What one side shows to a camera.
+pub(super) struct Shown {
+    pub(super) seen: Visibility,
+    /// sRGB, over the background.
+    pub(super) colors: Grid<[u8; 3]>,
+}
+
+/// Renders both sides with the same renderer and light.
+pub(super) fn show(subject: &Subject<'_>, camera: &Camera) -> Pictures {
+    let picture = |side: &Side<'_>| {
+        let seen = rasterize(side.scene, &side.textures, camera);
+        let light = Lighting::default();
+        let colors = shade(side.scene, &side.textures, camera, &seen, &light);
+        Shown {
+            colors: pictures::over_background(&colors, &seen.objects),
+            seen,
+        }
+    };
+    Pictures {
+        original: picture(&subject.original),
+        impostor: picture(&subject.impostor),
+    }
+}
+
+/// Compares original and impostor as seen from viewpoint number `view`.
+pub(super) fn look(subject: &Subject<'_>, view: u64) -> ViewFigures {
+    let eye = subject.eye(view);
+    let camera = subject.camera(eye, 1);
+    let Pictures { original, impostor } = show(subject, &camera);
+    let ids = [&original.seen.objects, &impostor.seen.objects];
+    let region = compared_region(ids[0], ids[1]);
+    let colors = [&original.colors, &impostor.colors];
+    ViewFigures {
+        view,
+        eye,
+        geometry: compare_geometry(subject, &camera, &original.seen, &impostor.seen),
+        coverage: coverage(ids[0], ids[1]),
+        covered_by_impostor: covered(ids[1]),
+        silhouette: silhouette_displacement(ids[0], ids[1]),
+        color: color_difference(
+            Picture {
+                colors: colors[0],
+                ids: ids[0],
+            },
+            Picture {
+                colors: colors[1],
+                ids: ids[1],
+            },
+            &region,
+        ),
+        ssim: ssim_errors(colors[0], colors[1], &region),
+        flip: flip(colors, &region),
+    }
+}
+
+#[cfg(feature = "flip")]
+fn flip([original, impostor]: [&Grid<[u8; 3]>; 2], region: &BitMask) -> Distribution {
+    farfield_metrics::flip_errors(original, impostor, region).errors
+}
+
+#[cfg(not(feature = "flip"))]
+fn flip(_: [&Grid<[u8; 3]>; 2], _: &BitMask) -> Distribution {
+    Distribution::default()
+}
+
+/// Compares where things are, as seen from a place inside or outside of the view cell.
+pub(super) fn look_at_geometry(subject: &Subject<'_>, eye: DVec3) -> Geometry {
+    let camera = subject.camera(eye, 1);
+    let [original, impostor] = [&subject.original, &subject.impostor]
+        .map(|side| rasterize(side.scene, &side.textures, &camera));
+    compare_geometry(subject, &camera, &original, &impostor)
+}
+
+/// Pixels that original and impostor cover at a lower resolution.
+pub(super) fn coverage_at(subject: &Subject<'_>, view: u64, divisor: u32) -> [u64; 2] {
+    let camera = subject.camera(subject.eye(view), divisor);
+    [&subject.original, &subject.impostor]
+        .map(|side| covered(&rasterize(side.scene, &side.textures, &camera).objects))
+}
+
+fn covered(ids: &Grid<u32>) -> u64 {
+    ids.cells().iter().filter(|id| **id != NONE).count() as u64
+}
+
+fn compare_geometry(
+    subject: &Subject<'_>,
+    camera: &Camera,
+    original: &Visibility,
+    impostor: &Visibility,
+) -> Geometry {
+    let reference = subject.reference();
+    let layers = |depth: &Grid<f64>| layer_indices(depth, camera, reference, &subject.borders);
+    let single = covered_in_any_sample(&original.objects, 1);
+    let suspects = phantom_pixels(&single, &impostor.objects);
+    let recorded = RecordedFrom {
+        reference: *reference,
+        borders: &subject.borders,
+        texel: subject.texel(),
+    };
+    let meet = |direction, range| {
+        subject
+            .tracer
+            .nearest_to_range(reference.eye, direction, range)
+    };
+    Geometry {
+        gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
+        phantoms: convicted(subject, camera, suspects),
+        parallax: parallax(
+            &original.depth,
+            camera,
+            &recorded,
+            subject.most_parallax,
+            meet,
+        ),
+    }
 }
 
 /// Side of the tiles that suspects are looked at in, in pixels: bounds time and memory.
 const TILE: u32 = 64;
-
-/// Compares original and impostor as seen from `eye`.
-pub(super) fn look(subject: &Subject<'_>, view: u64, eye: DVec3) -> ViewFigures {
-    let camera = subject.camera(eye);
-    let original = rasterize(subject.original, &subject.original_textures, &camera);
-    let impostor = rasterize(subject.impostor, &subject.impostor_textures, &camera);
-    let layers =
-        |depth: &Grid<f64>| layer_indices(depth, &camera, &subject.reference, &subject.borders);
-    let single = covered_in_any_sample(&original.objects, 1);
-    let suspects = phantom_pixels(&single, &impostor.objects);
-    ViewFigures {
-        view,
-        eye,
-        gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
-        phantoms: convicted(subject, &camera, suspects),
-        coverage: coverage(&original.objects, &impostor.objects),
-    }
-}
 
 /// The phantom pixels among suspects: those with nothing of the original near them, however thin,
 /// that a sample a pixel could have missed.
@@ -99,47 +208,11 @@ fn convicted(subject: &Subject<'_>, camera: &Camera, mut suspects: Vec<[u32; 2]>
 /// The pixels that anything of the original touches, hidden or not.
 fn touched(subject: &Subject<'_>, camera: &Camera) -> BitMask {
     let everything = record(
-        subject.original,
-        &subject.original_textures,
+        subject.original.scene,
+        &subject.original.textures,
         camera,
         &[0.0, f64::INFINITY],
         &[camera.pose.eye.extend(1.0)],
     );
     everything.masks(0, camera.width, camera.height).opaque
-}
-
-const GAP: Vec3 = Vec3::new(1.0, 0.0, 0.0);
-const PHANTOM: Vec3 = Vec3::new(0.0, 0.6, 1.0);
-
-/// Writes a view's original, impostor, their difference, and gaps and phantoms marked.
-pub(super) fn write_pictures(
-    subject: &Subject<'_>,
-    figures: &ViewFigures,
-    dir: &Path,
-) -> Result<()> {
-    let camera = subject.camera(figures.eye);
-    let light = Lighting::default();
-    let picture = |scene: &Scene, textures: &Textures<'_>| {
-        let seen = rasterize(scene, textures, &camera);
-        pictures::over_background(
-            &shade(scene, textures, &camera, &seen, &light),
-            &seen.objects,
-        )
-    };
-    let original = picture(subject.original, &subject.original_textures);
-    let impostor = picture(subject.impostor, &subject.impostor_textures);
-    let marks = figures.phantoms.iter().map(|at| (*at, PHANTOM));
-    let marks: Vec<_> = marks
-        .chain(figures.gaps.iter().map(|at| (*at, GAP)))
-        .collect();
-
-    std::fs::create_dir_all(dir).with_context(|| dir.display().to_string())?;
-    let name = |what: &str| dir.join(format!("view-{:04}-{what}.png", figures.view));
-    pictures::write_png(&name("original"), &original)?;
-    pictures::write_png(&name("impostor"), &impostor)?;
-    pictures::write_png(
-        &name("difference"),
-        &pictures::difference(&original, &impostor),
-    )?;
-    pictures::write_png(&name("marked"), &pictures::marked(&impostor, &marks))
 }

@@ -1,0 +1,76 @@
+//! What is promised, beside what was measured.
+
+use super::report::VerifyReport;
+use super::totals::Place;
+use farfield_bundle::Promise;
+
+/// What of a promise is broken and where, a sentence each.
+pub(super) fn broken(report: &VerifyReport, promise: &Promise) -> Vec<String> {
+    let more = |found: f64, most: Option<f64>| most.filter(|most| found > *most);
+    let count = |found: u64, most: Option<u64>| most.filter(|most| found > *most);
+    let mut broken = Vec::new();
+    if let Some(most) = count(report.gap_pixels, promise.gap_pixels) {
+        broken.push(format!(
+            "{} gap pixels, promised at most {most}: {}",
+            report.gap_pixels,
+            places(&report.gaps)
+        ));
+    }
+    if let Some(most) = more(report.parallax_px, promise.parallax_px) {
+        broken.push(format!(
+            "a parallax of {:.3} pixels, promised at most {most}: {} points are displaced by more, {}",
+            report.parallax_px,
+            report.displaced_pixels,
+            places(&report.displaced)
+        ));
+    }
+    if let Some(most) = count(report.phantom_pixels, promise.phantom_pixels) {
+        broken.push(format!(
+            "{} phantom pixels, promised at most {most}: {}",
+            report.phantom_pixels,
+            places(&report.phantoms)
+        ));
+    }
+    if let Some(most) = more(report.colour_bias.abs(), promise.colour_bias) {
+        let [r, g, b] = report.colour_bias_rgb.map(|bias| bias * 255.0);
+        broken.push(format!(
+            "colours are off by ({r:+.2}, {g:+.2}, {b:+.2}) of 255 on average, promised at most \
+             {:.2}",
+            most * 255.0
+        ));
+    }
+    if let Some(most) = more(report.coverage_error, promise.coverage_error) {
+        broken.push(format!(
+            "{:.4} % of the original's pixels are missed, promised at most {:.4} %",
+            report.coverage_error * 100.0,
+            most * 100.0
+        ));
+    }
+    if let Some(most) = more(report.coverage_change.abs(), promise.coverage_change) {
+        broken.push(format!(
+            "the impostor covers {:+.2} % more pixels than the original, promised at most {:.2} %",
+            report.coverage_change * 100.0,
+            most * 100.0
+        ));
+    }
+    broken
+}
+
+/// Where something was found, the first few.
+fn places(places: &[Place]) -> String {
+    let mut text = Vec::new();
+    for of_view in places.chunk_by(|a, b| a.view == b.view).take(3) {
+        let pixels = of_view
+            .iter()
+            .take(4)
+            .map(|at| format!("({}, {})", at.x, at.y));
+        let more = if of_view.len() > 4 { ", ..." } else { "" };
+        let pixels: Vec<_> = pixels.collect();
+        text.push(format!(
+            "view {} at {}{more}",
+            of_view[0].view,
+            pixels.join(", ")
+        ));
+    }
+    text.join("; ")
+}

@@ -1,0 +1,183 @@
+//! What verify says, for programs.
+
+use super::subject::SEED;
+use super::totals::{Place, Totals};
+use farfield_bundle::{Beyond, Cost, ProvedBound, Statistics};
+use farfield_metrics::Distribution;
+use serde::Serialize;
+
+/// What was measured; field names are a published contract.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VerifyReport {
+    /// Number of viewpoints.
+    pub views: u64,
+    /// Pixels at which one looks through the impostor, in all views together.
+    pub gap_pixels: u64,
+    /// Pixels that only the impostor covers, far from the original, in all views together.
+    pub phantom_pixels: u64,
+    /// Share of the original's pixels that the impostor misses, over all views.
+    pub coverage_error: f64,
+    /// The farthest that a point appears from where it is, in pixels.
+    pub parallax_px: f64,
+    /// Mean FLIP error, over all pixels that either covers and their neighbours; null where FLIP
+    /// is not built in.
+    pub flip_mean: Option<f64>,
+    /// 95 % of these pixels have no greater FLIP error.
+    pub flip_p95: Option<f64>,
+    /// Mean FLIP error of the view where it is greatest.
+    pub flip_worst_view_mean: Option<f64>,
+    /// Peak signal-to-noise ratio over the same pixels, in decibels; null where pictures are
+    /// equal.
+    pub psnr_db: Option<f64>,
+    /// Mean signed difference of the channel where it is greatest, over pixels that both cover,
+    /// as a share of full intensity: positive where the impostor is brighter.
+    pub colour_bias: f64,
+    /// The number of the worst viewpoint: most gaps, phantoms and displaced pixels, then the
+    /// greatest mean colour difference.
+    pub worst_view: u64,
+    /// Whether the bundle keeps its promise.
+    pub holds: bool,
+
+    /// What is broken and where, a sentence each; empty where the promise holds.
+    pub broken: Vec<String>,
+    /// Number that distinguishes these viewpoints from others.
+    pub seed: u64,
+    /// The same of red, green and blue.
+    pub colour_bias_rgb: [f64; 3],
+    /// Mean structural similarity, 1 where pictures are equal.
+    pub ssim_mean: f64,
+    /// By what share the impostor covers more pixels than the original, over all views.
+    pub coverage_change: f64,
+    /// The same at lower resolutions, from the reference viewpoint and the view cell's corners,
+    /// edges and faces.
+    pub coverage_at: Vec<CoverageAt>,
+    /// Surface points displaced by more than is promised, in all views together.
+    pub displaced_pixels: u64,
+    /// Surface points of the original where the impostor has no quad at all.
+    pub unmet_pixels: u64,
+    /// Means hide cracks: greatest values and 99.9th percentiles.
+    pub spread: Spread,
+    /// What holds for every viewpoint of the cell, by construction.
+    pub proved: Vec<ProvedBound>,
+    /// How far the promise holds outside of the view cell.
+    pub beyond: Option<Beyond>,
+    /// What drawing costs, before and after.
+    pub cost: CostOfBoth,
+    /// The first thousand gaps.
+    pub gaps: Vec<Place>,
+    /// The first thousand phantoms.
+    pub phantoms: Vec<Place>,
+    /// The first thousand points displaced by more than is promised.
+    pub displaced: Vec<Place>,
+}
+
+/// Covered pixels at one resolution.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CoverageAt {
+    /// Pixels along each side.
+    pub resolution: u32,
+    /// By what share the impostor covers more pixels than the original.
+    pub change: f64,
+}
+
+/// How figures are spread.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spread {
+    /// Distances between where points are and where they appear, in pixels.
+    pub parallax_px: Summary,
+    /// Distances between silhouettes, in pixels.
+    pub silhouette_px: Summary,
+    /// Absolute differences a channel, as a share of full intensity.
+    pub colour_difference: Summary,
+    /// FLIP errors; null where FLIP is not built in.
+    pub flip: Option<Summary>,
+    /// One less structural similarity.
+    pub ssim_error: Summary,
+    /// Of each view the share of the original's pixels that the impostor misses.
+    pub coverage_error: Summary,
+}
+
+/// Many values.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// The mean.
+    pub mean: f64,
+    /// 99.9 % of the values are no greater.
+    pub p999: f64,
+    /// The greatest.
+    pub max: f64,
+}
+
+impl Summary {
+    fn of(values: &Distribution) -> Self {
+        Self {
+            mean: values.mean(),
+            p999: values.percentile(0.999),
+            max: values.max(),
+        }
+    }
+}
+
+/// What drawing costs, before and after.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct CostOfBoth {
+    /// The original.
+    pub original: Cost,
+    /// The impostor.
+    pub impostor: Cost,
+}
+
+/// Sums up what was measured; what is broken and how far the promise reaches is filled in later.
+pub(super) fn summarise(
+    totals: &Totals,
+    coverage_at: Vec<CoverageAt>,
+    proved: Vec<ProvedBound>,
+    statistics: &Statistics,
+) -> VerifyReport {
+    let built_in = cfg!(feature = "flip");
+    let color = &totals.color;
+    let bias = color.bias_in_both();
+    let covered = totals.coverage.covered.max(1) as f64;
+    VerifyReport {
+        views: totals.views,
+        gap_pixels: totals.gap_pixels,
+        phantom_pixels: totals.phantom_pixels,
+        coverage_error: totals.coverage.error(),
+        parallax_px: totals.parallax.max(),
+        flip_mean: built_in.then(|| totals.flip.mean()),
+        flip_p95: built_in.then(|| totals.flip.percentile(0.95)),
+        flip_worst_view_mean: built_in.then(|| totals.flip_of_views.max()),
+        psnr_db: color.psnr(),
+        colour_bias: bias
+            .into_iter()
+            .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .unwrap_or(0.0),
+        worst_view: totals.worst.first().map_or(0, |view| view.view),
+        holds: false,
+        broken: Vec::new(),
+        seed: SEED,
+        colour_bias_rgb: bias,
+        ssim_mean: 1.0 - totals.ssim.mean(),
+        coverage_change: totals.covered_by_impostor as f64 / covered - 1.0,
+        coverage_at,
+        displaced_pixels: totals.displaced_pixels,
+        unmet_pixels: totals.unmet_pixels,
+        spread: Spread {
+            parallax_px: Summary::of(&totals.parallax),
+            silhouette_px: Summary::of(&totals.silhouette.distances),
+            colour_difference: Summary::of(&color.differences),
+            flip: built_in.then(|| Summary::of(&totals.flip)),
+            ssim_error: Summary::of(&totals.ssim),
+            coverage_error: Summary::of(&totals.missed),
+        },
+        proved,
+        beyond: None,
+        cost: CostOfBoth {
+            original: statistics.before,
+            impostor: statistics.after,
+        },
+        gaps: totals.gaps.clone(),
+        phantoms: totals.phantoms.clone(),
+        displaced: totals.displaced.clone(),
+    }
+}
