@@ -29,6 +29,9 @@ pub struct ParallaxErrors {
     pub above: Vec<[u32; 2]>,
     /// The pixels (x, y) whose ray meets nothing that the camera has before it, row by row.
     pub unmet: Vec<[u32; 2]>,
+    /// Number of points that the impostor does not show because something nearer that the original
+    /// shows at most two pixels away is before them.
+    pub hidden: u64,
 }
 
 /// Measures how far the impostor displaces what a camera sees of the original.
@@ -43,8 +46,13 @@ pub struct ParallaxErrors {
 /// one texel beside it are tried too, and of all places met the nearest to the range counts, of
 /// equally near ones the one with the least error.
 ///
-/// * `depth` - of the original along the camera's view axis, in metres; infinite where nothing
-///   is seen
+/// Silhouettes of an impostor reach up to a texel too far, and what it never shows need not be
+/// there. So a point of which nothing is met within its range is hidden, not displaced, where the
+/// impostor shows a nearer layer that the original shows in the 5 x 5 neighbourhood, or one next to
+/// that.
+///
+/// * `depth`, `impostor` - depths of both along the camera's view axis, in metres; infinite where
+///   nothing is seen
 /// * `limit` - in pixels; only decides what is listed as above it
 /// * `meet` - given a direction in the world and a range of depths: the depth nearest to the
 ///   range at which the ray from the reference viewpoint meets the impostor. The direction's
@@ -52,9 +60,10 @@ pub struct ParallaxErrors {
 ///
 /// # Panics
 ///
-/// When `depth` is not of the camera's size, or there are fewer than two borders.
+/// When a grid is not of the camera's size, or there are fewer than two borders.
 pub fn parallax(
     depth: &Grid<f64>,
+    impostor: &Grid<f64>,
     camera: &Camera,
     recorded: &RecordedFrom<'_>,
     limit: f64,
@@ -64,6 +73,7 @@ pub fn parallax(
         reference, borders, ..
     } = *recorded;
     let layers = layer_indices(depth, camera, &reference, borders);
+    let shown = layer_indices(impostor, camera, &reference, borders);
     let mut result = ParallaxErrors::default();
     for (i, &layer) in layers.cells().iter().enumerate() {
         if layer == NONE {
@@ -74,9 +84,14 @@ pub fn parallax(
         let in_view = camera.view_from_pixel(pixel, depth[(x, y)]);
         let point = camera.pose.point_in_world(in_view) - reference.eye;
         let range = [borders[layer], borders[layer + 1]];
-        let error = displacement(camera, recorded, pixel, point, range, &meet);
+        let met = displacement(camera, recorded, pixel, point, range, &meet);
         let place = [x as u32, y as u32];
-        let Some(error) = error else {
+        let is_in_range = met.is_some_and(|(beyond, _)| beyond == 0.0);
+        if !is_in_range && is_hidden(&layers, &shown, [x, y]) {
+            result.hidden += 1;
+            continue;
+        }
+        let Some((_, error)) = met else {
             result.unmet.push(place);
             continue;
         };
@@ -91,7 +106,19 @@ pub fn parallax(
     result
 }
 
-/// How far the impostor displaces a point, in pixels; `None` where nothing is met.
+/// Whether the impostor shows a nearer layer at a pixel than the original does, one that the
+/// original shows close by.
+fn is_hidden(layers: &Grid<u32>, shown: &Grid<u32>, [x, y]: [usize; 2]) -> bool {
+    let before = shown[(x, y)];
+    let columns = x.saturating_sub(2)..(x + 3).min(layers.width());
+    before < layers[(x, y)]
+        && (y.saturating_sub(2)..(y + 3).min(layers.height()))
+            .flat_map(|y| &layers.row(y)[columns.clone()])
+            .any(|near| near.abs_diff(before) <= 1)
+}
+
+/// How far in depth from its range the impostor shows a point, and how far on the screen from
+/// where it is, in pixels; `None` where nothing is met.
 ///
 /// * `pixel` - where the camera sees the point
 /// * `point` - relative to the reference viewpoint, in the world's directions
@@ -102,7 +129,7 @@ fn displacement(
     point: DVec3,
     range: [f64; 2],
     meet: impl Fn(DVec3, [f64; 2]) -> Option<f64>,
-) -> Option<f64> {
+) -> Option<(f64, f64)> {
     let reference = &recorded.reference;
     let direction = point / point.dot(reference.forward);
     // Distance in depth to the range, and on the screen.
@@ -116,16 +143,14 @@ fn displacement(
         (in_view.z > 0.0 && error.is_finite()).then_some((beyond, error))
     };
     let through = shown(DVec2::ZERO);
-    if let Some((0.0, error)) = through {
-        return Some(error);
+    if let Some((0.0, _)) = through {
+        return through;
     }
     let beside = (0..9)
         .filter(|i| *i != 4)
         .map(|i| DVec2::new(f64::from(i % 3 - 1), f64::from(i / 3 - 1)));
     let places = through.into_iter().chain(beside.filter_map(shown));
-    places
-        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)))
-        .map(|(_, error)| error)
+    places.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)))
 }
 
 #[cfg(test)]
@@ -184,7 +209,7 @@ mod tests {
             let v = DVec3::from(v);
             let camera = camera(Pose { eye: reference.point_in_world(v), ..reference });
             let in_camera = Grid::from_cells(6, 4, depth.cells().iter().map(|z| z - v.z).collect());
-            let found = parallax(&in_camera, &camera, &recorded(), 0.5, middle);
+            let found = parallax(&in_camera, &in_camera, &camera, &recorded(), 0.5, middle);
             let mut expected = Vec::new();
             for y in 0..4 {
                 for x in 0..6 {
@@ -222,9 +247,27 @@ mod tests {
             let camera = camera(Pose::looking_along(recorded().reference.eye, axis));
             // Within the range but where asked, so that no ray beside is tried.
             let meet = |_: DVec3, [near, far]: [f64; 2]| Some((near + far * stretch) / (1.0 + stretch));
-            let found = parallax(&depth, &camera, &recorded(), 0.1, meet);
+            let found = parallax(&depth, &depth, &camera, &recorded(), 0.1, meet);
             prop_assert_eq!(found.errors.count() as usize, seen(&depth));
             prop_assert!(found.errors.max() < 1e-11, "{}", found.errors.max());
+        }
+
+        /// A point that is not there is hidden exactly where the impostor shows a nearer layer that
+        /// is close by in the original.
+        #[test]
+        fn what_a_near_silhouette_hides_is_not_displaced(x in 0..6usize, y in 0..4usize) {
+            let camera = camera(recorded().reference);
+            // A wall at 11 m, and a post before it in the corner.
+            let mut depth = Grid::filled(6, 4, 11.0);
+            depth[(0, 0)] = 9.5;
+            // Of the wall nothing is left, and the post covers a pixel more.
+            let mut shown = Grid::filled(6, 4, f64::INFINITY);
+            shown[(x, y)] = 9.7;
+            let post = |_: DVec3, _: [f64; 2]| Some(9.7);
+            let found = parallax(&depth, &shown, &camera, &recorded(), 0.0, post);
+            let hides = (x, y) != (0, 0) && x <= 2 && y <= 2;
+            prop_assert_eq!(found.hidden, u64::from(hides));
+            prop_assert_eq!(found.errors.count() + found.hidden, 24);
         }
 
         /// Where nothing is met inside the range, the nearest of what all nine rays meet counts.
@@ -249,7 +292,7 @@ mod tests {
                 assert_eq!(range, [10.0, 10.5]);
                 (0..9).find(|i| ray.abs_diff_eq(ray_of(*i), 1e-9)).and_then(|i| met[i])
             };
-            let found = parallax(&depth, &camera, &recorded, 0.0, meet);
+            let found = parallax(&depth, &depth, &camera, &recorded, 0.0, meet);
             let error = |i: usize, depth: f64| {
                 let point = reference.eye + ray_of(i) * depth;
                 camera.pixel_from_view(camera.pose.point_in_view(point)).distance(pixel)
@@ -278,9 +321,9 @@ mod tests {
         let eye = reference.point_in_world(DVec3::Z * 8.0);
         let camera = camera(Pose { eye, ..reference });
         let depth = Grid::filled(6, 4, 2.2);
-        let found = parallax(&depth, &camera, &recorded(), 1.0, |_, _| Some(7.0));
+        let found = parallax(&depth, &depth, &camera, &recorded(), 1.0, |_, _| Some(7.0));
         assert_eq!((found.unmet.len(), found.errors.count()), (24, 0));
-        let found = parallax(&depth, &camera, &recorded(), 1.0, |_, _| None);
+        let found = parallax(&depth, &depth, &camera, &recorded(), 1.0, |_, _| None);
         assert_eq!((found.unmet.len(), found.worst), (24, None));
     }
 }

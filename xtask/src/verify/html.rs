@@ -200,7 +200,9 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
     };
     let mut environment = Environment::new();
     environment.add_template("report.html", include_str!("report.html"))?;
-    Ok(environment.get_template("report.html")?.render(Serde(page))?)
+    Ok(environment
+        .get_template("report.html")?
+        .render(Serde(page))?)
 }
 
 fn summary(manifest: &Manifest) -> String {

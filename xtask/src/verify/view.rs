@@ -164,6 +164,7 @@ fn compare_geometry(
         phantoms: convicted(subject, camera, suspects),
         parallax: parallax(
             &original.depth,
+            &impostor.depth,
             camera,
             &recorded,
             subject.most_parallax,
