@@ -47,7 +47,7 @@ pub struct ParallaxErrors {
 /// equally near ones the one with the least error.
 ///
 /// Silhouettes of an impostor reach up to a texel too far, and what it never shows need not be
-/// there. So a point of which nothing is met within its range is hidden, not displaced, where the
+/// there. So a point whose own ray meets nothing within its range is hidden, not displaced, where the
 /// impostor shows a nearer layer that the original shows in the 5 x 5 neighbourhood, or one next to
 /// that.
 ///
@@ -84,13 +84,20 @@ pub fn parallax(
         let in_view = camera.view_from_pixel(pixel, depth[(x, y)]);
         let point = camera.pose.point_in_world(in_view) - reference.eye;
         let range = [borders[layer], borders[layer + 1]];
-        let met = displacement(camera, recorded, pixel, point, range, &meet);
         let place = [x as u32, y as u32];
-        let is_in_range = met.is_some_and(|(beyond, _)| beyond == 0.0);
-        if !is_in_range && is_hidden(&layers, &shown, [x, y]) {
-            result.hidden += 1;
-            continue;
-        }
+        let shown_at = |beside| displacement(camera, recorded, pixel, point, range, beside, &meet);
+        let through = shown_at(DVec2::ZERO);
+        let met = match through {
+            Some((0.0, _)) => through,
+            _ if is_hidden(&layers, &shown, [x, y]) => {
+                result.hidden += 1;
+                continue;
+            }
+            _ => through
+                .into_iter()
+                .chain(BESIDE.into_iter().filter_map(shown_at))
+                .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))),
+        };
         let Some((_, error)) = met else {
             result.unmet.push(place);
             continue;
@@ -117,40 +124,42 @@ fn is_hidden(layers: &Grid<u32>, shown: &Grid<u32>, [x, y]: [usize; 2]) -> bool 
             .any(|near| near.abs_diff(before) <= 1)
 }
 
-/// How far in depth from its range the impostor shows a point, and how far on the screen from
-/// where it is, in pixels; `None` where nothing is met.
+/// The eight texels around one.
+const BESIDE: [DVec2; 8] = [
+    DVec2::new(-1.0, -1.0),
+    DVec2::new(0.0, -1.0),
+    DVec2::new(1.0, -1.0),
+    DVec2::new(-1.0, 0.0),
+    DVec2::new(1.0, 0.0),
+    DVec2::new(-1.0, 1.0),
+    DVec2::new(0.0, 1.0),
+    DVec2::new(1.0, 1.0),
+];
+
+/// How far in depth from its range a ray shows a point, and how far on the screen from where it
+/// is, in pixels; `None` where nothing is met.
 ///
 /// * `pixel` - where the camera sees the point
 /// * `point` - relative to the reference viewpoint, in the world's directions
+/// * `beside` - texels by which the ray passes beside the point
 fn displacement(
     camera: &Camera,
     recorded: &RecordedFrom<'_>,
     pixel: DVec2,
     point: DVec3,
     range: [f64; 2],
+    beside: DVec2,
     meet: impl Fn(DVec3, [f64; 2]) -> Option<f64>,
 ) -> Option<(f64, f64)> {
     let reference = &recorded.reference;
+    let texels = recorded.texel * beside;
     let direction = point / point.dot(reference.forward);
-    // Distance in depth to the range, and on the screen.
-    let shown = |beside: DVec2| {
-        let texels = recorded.texel * beside;
-        let ray = direction + reference.right * texels.x + reference.down * texels.y;
-        let depth = meet(ray, range)?;
-        let in_view = camera.pose.point_in_view(reference.eye + ray * depth);
-        let beyond = (range[0] - depth).max(depth - range[1]).max(0.0);
-        let error = camera.pixel_from_view(in_view).distance(pixel);
-        (in_view.z > 0.0 && error.is_finite()).then_some((beyond, error))
-    };
-    let through = shown(DVec2::ZERO);
-    if let Some((0.0, _)) = through {
-        return through;
-    }
-    let beside = (0..9)
-        .filter(|i| *i != 4)
-        .map(|i| DVec2::new(f64::from(i % 3 - 1), f64::from(i / 3 - 1)));
-    let places = through.into_iter().chain(beside.filter_map(shown));
-    places.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)))
+    let ray = direction + reference.right * texels.x + reference.down * texels.y;
+    let depth = meet(ray, range)?;
+    let in_view = camera.pose.point_in_view(reference.eye + ray * depth);
+    let beyond = (range[0] - depth).max(depth - range[1]).max(0.0);
+    let error = camera.pixel_from_view(in_view).distance(pixel);
+    (in_view.z > 0.0 && error.is_finite()).then_some((beyond, error))
 }
 
 #[cfg(test)]
