@@ -34,9 +34,9 @@ pub struct Guarantee {
     /// shown, f the camera's direction, and D the depth of B along the axis of the layers: A and B
     /// are seen at a = A / A_z and b = B / D on the plane parallel to the layers, and
     /// |f x (a x b)| / ((a . f) (b . f)) apart on the camera's, where |a x b| = |a x (b - a)|.
-    /// The second quotient is below 1 where the tilt is greatest, and with it the parallax: for a
-    /// house 90 to 500 m before a cell of 100 m, in 60,000 views with fields of view of 45 and 90
-    /// degrees, the camera's own pixels never saw as much as this, but 0.56 to 0.99 of it.
+    /// The second quotient is mostly below 1 where the tilt, and with it the parallax, is great. In
+    /// seven set-ups of a house 30 to 500 m before a cell of 100 m, with fields of view of 45 and 90
+    /// degrees and 4,000 viewpoints each, the camera's own pixels saw 0.36 to 0.99 of this.
     pub parallax_px: f64,
     /// The layer with the greatest parallax; 0 where there is none.
     pub parallax_layer: usize,
