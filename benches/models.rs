@@ -66,6 +66,7 @@ fn prepare(name: &str, scene: Scene, center: [f64; 3], size: [f64; 3]) -> Layere
             resolution: 512,
         },
         bytes_per_quad: 104.0,
+        page_size: 4096,
     };
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
     let recording = record_layers(&scene, &Textures::new(&scene), &stack, &cell);

@@ -26,6 +26,7 @@ fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
             resolution,
         },
         bytes_per_quad: 104.0,
+        page_size: 4096,
     };
     let stack = place(scene, &settings).unwrap();
     let (width, height) = (stack.width, stack.height);

@@ -13,6 +13,7 @@ pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOp
         fov_degrees: 45.0,
         exclude: Vec::new(),
         bytes_per_quad: 104.0,
+        page_size: 4096,
         out: Some(out.to_owned()),
     }
 }

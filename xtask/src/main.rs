@@ -52,6 +52,12 @@ struct BakeArgs {
     /// What a quad is worth in bytes: more gives fewer quads and larger pages.
     #[arg(long, default_value_t = 104.0, value_parser = positive)]
     bytes_per_quad: f64,
+    /// Longest side of an atlas page, in texels.
+    #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(64..=16384))]
+    page_size: u32,
+    /// Verifies the bundle from 256 viewpoints, as `verify` does.
+    #[arg(long)]
+    verify: bool,
     /// The bundle's folder. [default: target/farfield/<scene>-<technique>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -66,6 +72,9 @@ enum Technique {
     Layered,
 }
 
+/// Viewpoints that a bundle is verified from unless asked otherwise.
+const VIEWS: u64 = 256;
+
 /// More viewpoints than anybody has time for.
 const MOST_VIEWS: u64 = 1_000_000;
 
@@ -78,7 +87,7 @@ struct VerifyArgs {
     scene: Option<PathBuf>,
     /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
     /// then an even sequence of points inside.
-    #[arg(long, default_value_t = 256, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
+    #[arg(long, default_value_t = VIEWS, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
     views: u64,
     /// Looks from this viewpoint only, and writes its pictures.
     #[arg(long, value_name = "N", conflicts_with = "views", value_parser = clap::value_parser!(u64).range(..MOST_VIEWS))]
@@ -109,13 +118,45 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         fov_degrees: args.fov,
         exclude: args.exclude,
         bytes_per_quad: args.bytes_per_quad,
+        page_size: args.page_size,
         out: args.out,
     };
     let report: BakeReport = bake(&options, &Console::Stderr)?;
+    let verified = match args.verify {
+        true => Some(verify(
+            &VerifyOptions {
+                dir: report.bundle.clone(),
+                scene: None,
+                views: 0..VIEWS,
+            },
+            &Console::Stderr,
+        )?),
+        false => None,
+    };
+    let holds = verified.as_ref().is_none_or(|report| report.holds);
     if args.json {
-        print_json(&report)?;
+        print_json(&BakeOutput {
+            report,
+            verify: verified,
+        })?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(exit_code(holds))
+}
+
+/// What `bake --json` prints.
+#[derive(serde::Serialize)]
+struct BakeOutput {
+    #[serde(flatten)]
+    report: BakeReport,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verify: Option<VerifyReport>,
+}
+
+fn exit_code(holds: bool) -> ExitCode {
+    match holds {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::from(3),
+    }
 }
 
 fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
@@ -131,11 +172,7 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
     if args.json {
         print_json(&report)?;
     }
-    Ok(if report.holds {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(3)
-    })
+    Ok(exit_code(report.holds))
 }
 
 /// One JSON object on stdout, where machines read it.

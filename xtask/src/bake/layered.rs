@@ -32,6 +32,8 @@ pub struct Settings {
     pub camera: PromisedCamera,
     /// What a quad is worth, in bytes.
     pub bytes_per_quad: f64,
+    /// Longest side of an atlas page, in texels.
+    pub page_size: u32,
 }
 
 /// A layered impostor: its description and what is displayed.
@@ -42,9 +44,6 @@ pub(super) struct Baked {
     /// The least side of a texel seen from anywhere in the view cell, in pixels.
     pub(super) smallest_texel: f64,
 }
-
-/// Longest side of an atlas page, in texels.
-const MAX_PAGE: u32 = 4096;
 
 /// Bakes one layered impostor of a whole scene.
 pub(super) fn bake(
@@ -78,7 +77,7 @@ pub(super) fn bake(
         layers.map(|layer| cover(&opaque(layer), &price)).collect()
     });
 
-    let (pages, patches) = console.stage("pack", || arrange(&rects))?;
+    let (pages, patches) = console.stage("pack", || arrange(&rects, settings.page_size))?;
     let pages = console.stage("paint", || {
         let light = Lighting::default();
         let colors = sample_colors(scene, &textures, &camera, &visible.samples, &light);
@@ -196,14 +195,14 @@ fn layer_records(stack: &LayerStack, rects: &[Vec<Rect>]) -> Vec<LayerRecord> {
 }
 
 /// Sizes of the pages, and where each rectangle lies on them, sorted by page.
-fn arrange(rects: &[Vec<Rect>]) -> Result<(Vec<[u32; 2]>, Vec<Patch>)> {
+fn arrange(rects: &[Vec<Rect>], page_size: u32) -> Result<(Vec<[u32; 2]>, Vec<Patch>)> {
     let all = rects.iter().enumerate();
     let all: Vec<(usize, Rect)> = all
         .flat_map(|(layer, rects)| rects.iter().map(move |rect| (layer, *rect)))
         .collect();
     let padded = |rect: &Rect| [rect.width + 2 * GUTTER, rect.height + 2 * GUTTER];
     let sizes: Vec<[u32; 2]> = all.iter().map(|(_, rect)| padded(rect)).collect();
-    let atlas = pack(&sizes, MAX_PAGE)?;
+    let atlas = pack(&sizes, page_size)?;
     let placed = all.into_iter().zip(atlas.placements);
     let mut patches: Vec<Patch> = placed
         .map(|((layer, rect), at)| Patch {

@@ -34,6 +34,8 @@ pub struct BakeOptions {
     pub exclude: Vec<String>,
     /// What a quad is worth, in bytes.
     pub bytes_per_quad: f64,
+    /// Longest side of an atlas page, in texels.
+    pub page_size: u32,
     /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
     pub out: Option<PathBuf>,
 }
@@ -189,6 +191,7 @@ fn settings(options: &BakeOptions, scene: &Scene) -> Result<layered::Settings> {
         represented,
         camera,
         bytes_per_quad: options.bytes_per_quad,
+        page_size: options.page_size,
     })
 }
 
