@@ -10,20 +10,17 @@ use glam::Vec3;
 /// Samples a texel along each side.
 const SAMPLES: u32 = 4;
 
-/// How far colours and depths are spread into texels where nothing is, so that interpolation at
-/// silhouettes meets no colour or depth of nothing.
-const SPREAD: usize = 16;
-
 /// Texels of a picture.
 pub(crate) struct Capture {
     /// sRGB and straight alpha: the share of the samples that see something.
     pub(crate) texels: Grid<[u8; 4]>,
-    /// The mean depth of these samples; not a number far from all that is seen.
+    /// The mean depth of these samples, where there are none that of near ones; not a number where
+    /// nothing is seen at all.
     pub(crate) depth: Grid<f64>,
 }
 
 /// What a texel has gathered: a sum of linear RGB and depth, and of how many samples.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Gathered {
     color: Vec3,
     depth: f64,
@@ -39,12 +36,7 @@ pub(crate) fn capture(scene: &Scene, textures: &Textures<'_>, camera: &Camera) -
         ..*camera
     };
     let picture = render(scene, textures, &fine);
-    let nothing = Gathered {
-        color: Vec3::ZERO,
-        depth: 0.0,
-        count: 0,
-    };
-    let mut gathered = Grid::filled(width, height, nothing);
+    let mut gathered = Grid::filled(width, height, Gathered::default());
     for y in 0..picture.ids.height() {
         for x in 0..picture.ids.width() {
             if picture.ids[(x, y)] != NONE {
@@ -60,9 +52,7 @@ pub(crate) fn capture(scene: &Scene, textures: &Textures<'_>, camera: &Camera) -
         .iter()
         .map(|texel| (texel.count * 255 / (SAMPLES * SAMPLES)) as u8)
         .collect();
-    for _ in 0..SPREAD {
-        gathered = spread(&gathered);
-    }
+    fill(&mut gathered);
     let texel = |(texel, alpha): (&Gathered, u8)| {
         let [r, g, b] = srgb_bytes(texel.color / texel.count.max(1) as f32);
         [r, g, b, alpha]
@@ -81,24 +71,28 @@ pub(crate) fn capture(scene: &Scene, textures: &Textures<'_>, camera: &Camera) -
     }
 }
 
-/// Texels without samples get those of their eight neighbours.
-fn spread(gathered: &Grid<Gathered>) -> Grid<Gathered> {
+/// Texels without samples get those of the smallest square around them that has some, so that
+/// interpolation at silhouettes meets no colour or depth of nothing.
+fn fill(gathered: &mut Grid<Gathered>) {
     let (width, height) = (gathered.width(), gathered.height());
-    let mut wider = gathered.clone();
+    if width.max(height) == 1 {
+        return;
+    }
+    let mut coarse = Grid::filled(width.div_ceil(2), height.div_ceil(2), Gathered::default());
     for y in 0..height {
         for x in 0..width {
-            if gathered[(x, y)].count > 0 {
-                continue;
-            }
-            let texel = &mut wider[(x, y)];
-            for y in y.saturating_sub(1)..(y + 2).min(height) {
-                for near in &gathered.row(y)[x.saturating_sub(1)..(x + 2).min(width)] {
-                    texel.color += near.color;
-                    texel.depth += near.depth;
-                    texel.count += near.count;
-                }
+            let (texel, sum) = (gathered[(x, y)], &mut coarse[(x / 2, y / 2)]);
+            sum.color += texel.color;
+            sum.depth += texel.depth;
+            sum.count += texel.count;
+        }
+    }
+    fill(&mut coarse);
+    for y in 0..height {
+        for x in 0..width {
+            if gathered[(x, y)].count == 0 {
+                gathered[(x, y)] = coarse[(x / 2, y / 2)];
             }
         }
     }
-    wider
 }

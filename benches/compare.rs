@@ -105,10 +105,10 @@ pub(crate) fn table(model: &Model, pictures: Option<&Path>) {
         model.name
     );
     println!(
-        "representation                   | triangles |      bytes | gap pixels |     holes | phantom pixels | coverage error, % |   FLIP"
+        "representation                      | triangles |      bytes | gap pixels |     holes | phantom pixels | coverage error, % |   FLIP"
     );
     println!(
-        "---------------------------------|----------:|-----------:|-----------:|----------:|---------------:|------------------:|-------:"
+        "------------------------------------|----------:|-----------:|-----------:|----------:|---------------:|------------------:|-------:"
     );
     let mut notes: Vec<&String> = Vec::new();
     for (row, figures) in rows.iter().zip(&figures) {
@@ -121,7 +121,7 @@ pub(crate) fn table(model: &Model, pictures: Option<&Path>) {
             format!(" [{}]", number + 1)
         });
         println!(
-            "{:<32} | {:>9} | {:>10} | {:>10} | {:>9} | {:>14} | {:>17.3} | {:>6.4}",
+            "{:<35} | {:>9} | {:>10} | {:>10} | {:>9} | {:>14} | {:>17.3} | {:>6.4}",
             row.name.to_owned() + &marks.collect::<String>(),
             row.triangles,
             row.bytes,
@@ -234,17 +234,14 @@ fn octahedral_row(subject: &Subject<'_>, name: &'static str, texel: TexelSize) -
     let eyes: Vec<DVec3> = (0..VIEWS).map(|view| subject.eye(view)).collect();
     let pole = subject.model.cell.center() - target;
     let impostor = OctahedralImpostor::new(&subject.model.scene, target, pole, texel, &eyes);
-    let [width, height] = impostor.frame_size();
-    let note = format!(
-        "64 frames of {width} x {height} texels of RGBA and 1 byte of depth over the hemisphere \
-         around the view cell, the nearest three blended after a step of parallax"
-    );
+    let note = "RGBA and a byte of depth a texel, frames over the hemisphere around the view cell and \
+                tight around the scene, the nearest three blended after a step of parallax";
     Row {
         name,
         triangles: 2,
         bytes: impostor.bytes(),
         shown: Shown::Octahedral(impostor),
-        notes: vec![note],
+        notes: vec![note.into()],
     }
 }
 

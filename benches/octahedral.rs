@@ -26,21 +26,29 @@ pub(crate) struct OctahedralImpostor {
     /// Middle of the atlas' hemisphere: `forward` looks away from the viewers, `eye` is the
     /// scene's centre.
     pole: Pose,
-    /// Half of what frames show, along their x, y and z axes, in metres.
-    half: DVec3,
-    /// Texels of a frame.
-    size: [u32; 2],
+    /// Row by row.
+    places: Vec<Place>,
     /// Row by row; those that no viewpoint asked for are empty.
     frames: Vec<Option<Frame>>,
 }
 
-/// The picture from one direction.
-struct Frame {
+/// What a frame shows, and how finely.
+#[derive(Clone, Copy)]
+struct Place {
     /// `forward` looks away from the viewers, `eye` is the scene's centre.
     pose: Pose,
+    /// Half of the box that just holds the scene, in view space, in metres.
+    half: DVec3,
+    /// Columns and rows of texels.
+    size: DVec2,
+}
+
+/// The picture from one direction.
+struct Frame {
+    place: Place,
     /// sRGB and straight alpha.
     texels: Grid<[u8; 4]>,
-    /// Depth behind the plane through the centre: 0 is `-half.z`, 255 is `half.z`.
+    /// Depth behind the plane through the centre: 0 is `-half.z` of its box, 255 is `half.z`.
     depths: Grid<u8>,
 }
 
@@ -72,7 +80,7 @@ impl OctahedralImpostor {
                 Pose::looking_along(center, pole.point_in_world(direction) - center)
             })
             .collect();
-        // All frames show the same box, as small as it can be.
+        // Every frame is as tight around the scene as it can be.
         let vertices = vertices(scene);
         let reach = poses.par_iter().map(|pose| {
             let reach = vertices
@@ -80,72 +88,39 @@ impl OctahedralImpostor {
                 .map(|vertex| pose.point_in_view(*vertex).abs());
             reach.fold(DVec3::ZERO, DVec3::max)
         });
-        let half = reach.reduce(|| DVec3::ZERO, DVec3::max);
+        let halves: Vec<DVec3> = reach.collect();
         let texel = match texel {
             TexelSize::Metres(metres) => metres,
             TexelSize::OfAtlas(bytes) => {
-                let texels = bytes as f64 / (BYTES_PER_TEXEL * u64::from(SIDE * SIDE)) as f64;
-                (4.0 * half.x * half.y / texels).sqrt()
+                let area: f64 = halves.iter().map(|half| 4.0 * half.x * half.y).sum();
+                (area * BYTES_PER_TEXEL as f64 / bytes as f64).sqrt()
             }
         };
-        let size = [half.x, half.y].map(|half| ((2.0 * half / texel).round() as u32).max(1));
-
+        let place = |(&pose, &half): (&Pose, &DVec3)| Place {
+            pose,
+            half,
+            size: (half.truncate() * 2.0 / texel).round().max(DVec2::ONE),
+        };
         let mut impostor = Self {
             pole,
-            half,
-            size,
+            places: poses.iter().zip(&halves).map(place).collect(),
             frames: poses.iter().map(|_| None).collect(),
         };
         let textures = Textures::new(scene);
         for eye in eyes {
             for (frame, _) in impostor.nearest_frames(*eye) {
                 if impostor.frames[frame].is_none() {
-                    impostor.frames[frame] = Some(impostor.frame(scene, &textures, poses[frame]));
+                    impostor.frames[frame] = Some(impostor.places[frame].frame(scene, &textures));
                 }
             }
         }
         impostor
     }
 
-    /// Of the whole atlas.
+    /// Of the whole atlas, as if its frames filled it.
     pub(crate) fn bytes(&self) -> u64 {
-        let texels = u64::from(self.size[0]) * u64::from(self.size[1]);
-        texels * BYTES_PER_TEXEL * u64::from(SIDE * SIDE)
-    }
-
-    /// Columns and rows of a frame.
-    pub(crate) fn frame_size(&self) -> [u32; 2] {
-        self.size
-    }
-
-    fn frame(&self, scene: &Scene, textures: &Textures<'_>, pose: Pose) -> Frame {
-        let distance = FAR * self.half.length();
-        let max = self.half.truncate() / distance;
-        let camera = Camera {
-            pose: Pose {
-                eye: pose.eye - pose.forward * distance,
-                ..pose
-            },
-            extent: Extent { min: -max, max },
-            width: self.size[0],
-            height: self.size[1],
-        };
-        let seen = capture(scene, textures, &camera);
-        let byte = |depth: &f64| {
-            // Not a number, so nothing near, becomes the plane through the centre.
-            let share = ((depth - distance) / self.half.z + 1.0) / 2.0;
-            if share.is_nan() {
-                128
-            } else {
-                (share * 255.0).round() as u8
-            }
-        };
-        let depths = seen.depth.cells().iter().map(byte).collect();
-        Frame {
-            pose,
-            depths: Grid::from_cells(seen.depth.width(), seen.depth.height(), depths),
-            texels: seen.texels,
-        }
+        let texels = self.places.iter().map(|place| place.size.element_product());
+        texels.sum::<f64>() as u64 * BYTES_PER_TEXEL
     }
 
     /// The corners of the atlas' triangle that holds the direction to a viewer, and their shares.
@@ -176,7 +151,11 @@ impl OctahedralImpostor {
         let (width, height) = (camera.width as usize, camera.height as usize);
         let frames = self.nearest_frames(camera.pose.eye).map(|(frame, share)| {
             let frame = self.frames[frame].as_ref().expect("it was asked for");
-            (frame, frame.pose.point_in_view(camera.pose.eye), share)
+            (
+                frame,
+                frame.place.pose.point_in_view(camera.pose.eye),
+                share,
+            )
         });
         let world_from_view = camera.pose.view_from_world().transpose();
         let look = |i: usize| {
@@ -185,17 +164,17 @@ impl OctahedralImpostor {
             let ray = world_from_view * camera.view_from_pixel(pixel, 1.0);
             let (mut color, mut depth) = (Vec4::ZERO, 0.0);
             for (frame, eye, share) in &frames {
-                let ray = frame.pose.view_from_world() * ray;
+                let ray = frame.place.pose.view_from_world() * ray;
                 // Where the ray meets the plane through the centre, then where it meets the plane
                 // as far behind it as the surface seen there, and what is seen there.
                 let meet = |behind: f64| {
                     let t = (behind - eye.z) / ray.z;
-                    (t, self.texel_at((*eye + ray * t).truncate()))
+                    (t, frame.place.texel_at((*eye + ray * t).truncate()))
                 };
                 let (_, at) = meet(0.0);
-                let (_, at) = meet(self.depth_behind(frame, at));
+                let (_, at) = meet(frame.depth_behind(at));
                 let seen = color_at(&frame.texels, at, linear) * *share as f32;
-                let (t, _) = meet(self.depth_behind(frame, at));
+                let (t, _) = meet(frame.depth_behind(at));
                 color += seen;
                 depth += t * f64::from(seen.w);
             }
@@ -226,17 +205,45 @@ impl OctahedralImpostor {
             ),
         }
     }
+}
 
-    /// Where in a frame a point of its plane is, in texels.
-    fn texel_at(&self, point: DVec2) -> DVec2 {
-        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
-        (point / self.half.truncate() + 1.0) / 2.0 * size
+impl Place {
+    fn frame(&self, scene: &Scene, textures: &Textures<'_>) -> Frame {
+        let distance = FAR * self.half.length();
+        let max = self.half.truncate() / distance;
+        let camera = Camera {
+            pose: Pose {
+                eye: self.pose.eye - self.pose.forward * distance,
+                ..self.pose
+            },
+            extent: Extent { min: -max, max },
+            width: self.size.x as u32,
+            height: self.size.y as u32,
+        };
+        let seen = capture(scene, textures, &camera);
+        let byte = |depth: &f64| {
+            let share = ((depth - distance) / self.half.z + 1.0) / 2.0;
+            (share * 255.0).round() as u8
+        };
+        let depths = seen.depth.cells().iter().map(byte).collect();
+        Frame {
+            place: *self,
+            depths: Grid::from_cells(seen.depth.width(), seen.depth.height(), depths),
+            texels: seen.texels,
+        }
     }
 
+    /// Where in the frame a point of its plane is, in texels.
+    fn texel_at(&self, point: DVec2) -> DVec2 {
+        (point / self.half.truncate() + 1.0) / 2.0 * self.size
+    }
+}
+
+impl Frame {
     /// The recorded depth behind the plane through the centre, in metres.
-    fn depth_behind(&self, frame: &Frame, at: DVec2) -> f64 {
-        let byte = bilinear(&frame.depths, at, |depth| Vec4::splat(f32::from(depth))).x;
-        (f64::from(byte) / 255.0 * 2.0 - 1.0) * self.half.z
+    fn depth_behind(&self, at: DVec2) -> f64 {
+        let byte = bilinear(&self.depths, at, |depth| Vec4::splat(f32::from(depth))).x;
+        (f64::from(byte) / 255.0 * 2.0 - 1.0) * self.place.half.z
     }
 }
 

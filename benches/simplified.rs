@@ -127,6 +127,12 @@ struct Part {
 /// What a unit normal's error counts: the usual half.
 const NORMAL_WEIGHT: f32 = 0.5;
 
+/// Errors are those of the mesh's own units. Small parts may go, and seams between attributes may
+/// be crossed at their price: without, facades of single rectangles do not get simpler.
+const OPTIONS: SimplifyOptions = SimplifyOptions::ErrorAbsolute
+    .union(SimplifyOptions::Prune)
+    .union(SimplifyOptions::Permissive);
+
 /// No limit, but finite when squared.
 const ANY_ERROR: f32 = 1e9;
 
@@ -154,7 +160,7 @@ impl Part {
                     None,
                     count,
                     error,
-                    SimplifyOptions::Prune | SimplifyOptions::ErrorAbsolute,
+                    OPTIONS,
                     None,
                 );
                 part.indices.truncate(count);
