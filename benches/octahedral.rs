@@ -272,7 +272,7 @@ fn bilinear<T: Copy>(texels: &Grid<T>, at: DVec2, decode: impl Fn(T) -> Vec4) ->
     above.lerp(below, t.y)
 }
 
-/// All powers of sRGB bytes.
+/// Linear intensities of all sRGB bytes.
 pub(crate) fn linear_bytes() -> [f32; 256] {
     std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0))
 }

@@ -11,7 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Method {
     /// Edge collapses; positions and attributes are fitted to the original, small parts removed.
-    Plain,
+    KeepingSeams,
+    /// The same, but collapses may cross seams between attributes, at their price: without, facades
+    /// of single rectangles do not get simpler.
+    CrossingSeams,
     /// Vertices merged on a lattice, whatever the surface's topology.
     Sloppy,
 }
@@ -45,8 +48,11 @@ pub(crate) fn simplify(scene: &Scene, method: Method, budget: Budget) -> Simplif
         Budget::Triangles(_) => scene.clone(),
         Budget::Bytes(bytes) => {
             let (slim, halvings) = with_small_textures(scene, bytes / 2);
-            if halvings > 0 {
-                notes.push(format!("textures halved {halvings} times to fit"));
+            if cost(&slim).texture_bytes < cost(scene).texture_bytes {
+                notes.push(format!(
+                    "textures that diffuse light does not show left out, the others halved \
+                     {halvings} times"
+                ));
             }
             slim
         }
@@ -127,12 +133,6 @@ struct Part {
 /// What a unit normal's error counts: the usual half.
 const NORMAL_WEIGHT: f32 = 0.5;
 
-/// Errors are those of the mesh's own units. Small parts may go, and seams between attributes may
-/// be crossed at their price: without, facades of single rectangles do not get simpler.
-const OPTIONS: SimplifyOptions = SimplifyOptions::ErrorAbsolute
-    .union(SimplifyOptions::Prune)
-    .union(SimplifyOptions::Permissive);
-
 /// No limit, but finite when squared.
 const ANY_ERROR: f32 = 1e9;
 
@@ -150,7 +150,9 @@ impl Part {
     fn reduced(&self, method: Method, count: usize, error: f32) -> Self {
         let mut part = self.clone();
         match method {
-            Method::Plain => {
+            Method::KeepingSeams | Method::CrossingSeams => {
+                let mut options = SimplifyOptions::Prune | SimplifyOptions::ErrorAbsolute;
+                options.set(SimplifyOptions::Permissive, method == Method::CrossingSeams);
                 let count = simplify_with_update(
                     &mut part.indices,
                     &mut part.positions,
@@ -160,7 +162,7 @@ impl Part {
                     None,
                     count,
                     error,
-                    OPTIONS,
+                    options,
                     None,
                 );
                 part.indices.truncate(count);
