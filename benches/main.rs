@@ -1,25 +1,52 @@
-//! Benchmarks and the papers' tables.
+//! Benchmarks, the papers' tables, and a comparison with other representations.
 //!
 //! `cargo bench -p farfield-benches` measures the stages of a bake and prints the tables;
-//! `cargo bench -p farfield-benches -- tables` prints the tables only.
+//! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
+//! comparison. With `--pictures DIR` the comparison writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
 
 mod atlas;
+mod capture;
+mod compare;
+mod flip;
 mod models;
+mod octahedral;
+mod picture;
+mod planar;
 mod quads;
+mod simplified;
 mod stages;
 
 use criterion::Criterion;
+use models::Layered;
+use std::path::PathBuf;
 
 fn main() {
-    let models = models::layered();
-    quads::table(&models::masks(&models));
-    atlas::table(&models::padded_quads(&models));
+    let arguments: Vec<String> = std::env::args().collect();
+    let asked = |word: &str| arguments.iter().position(|argument| argument == word);
+    let pictures = asked("--pictures").map(|at| {
+        let folder = arguments.get(at + 1);
+        PathBuf::from(folder.expect("--pictures is followed by a folder"))
+    });
+    let dense = || std::iter::once(models::house()).chain(models::read(&models::DENSE));
+    let compare = || {
+        for model in dense().chain(models::read(&models::CITY)) {
+            compare::table(&model, pictures.as_deref());
+        }
+    };
+    if asked("compare").is_some() {
+        return compare();
+    }
+
+    let layered: Vec<Layered> = dense().map(models::prepare).collect();
+    quads::table(&models::masks(&layered));
+    atlas::table(&models::padded_quads(&layered));
+    compare();
     // Criterion reads the command line itself and refuses words it does not know.
-    if std::env::args().any(|argument| argument == "tables") {
+    if asked("tables").is_some() {
         return;
     }
     let mut criterion = Criterion::default().configure_from_args();
-    stages::bench(&mut criterion, &models);
+    stages::bench(&mut criterion, &layered);
     criterion.final_summary();
 }

@@ -1,4 +1,4 @@
-//! Layers of real models, as a bake makes them.
+//! Real models, and their layers as a bake makes them.
 
 use farfield_grid::BitMask;
 use farfield_layers::{LayerStack, PromisedCamera};
@@ -8,7 +8,16 @@ use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use glam::DVec3;
 use std::path::PathBuf;
+use xtask::SceneChoice;
 use xtask::layered::{Settings, cull, place, record_layers};
+
+/// A scene and the view cell it is looked at from.
+pub(crate) struct Model {
+    pub(crate) name: &'static str,
+    pub(crate) source: SceneChoice,
+    pub(crate) scene: Scene,
+    pub(crate) cell: ViewCell,
+}
 
 /// A scene with the layers that 512 x 512 pixels from its view cell need.
 pub(crate) struct Layered {
@@ -19,45 +28,64 @@ pub(crate) struct Layered {
     pub(crate) visible: Vec<BitMask>,
 }
 
-/// The models of the tables and their view cells: centre and size.
-const MODELS: [(&str, [f64; 3], [f64; 3]); 4] = [
+/// A model's file and its view cell: name without ending, centre, size.
+type Entry = (&'static str, [f64; 3], [f64; 3]);
+
+/// Dense models: what the tables of quads and pages are about.
+pub(crate) const DENSE: [Entry; 4] = [
     ("stanford_bunny", [0.0, 0.11, 0.45], [0.2; 3]),
     ("stanford_armadillo_86k", [0.0, 0.0, 3.0], [1.0; 3]),
     ("2CylinderEngine", [0.0, 0.0, 1200.0], [500.0; 3]),
     ("DiffuseTransmissionPlant", [0.0, 0.4, 1.5], [0.3; 3]),
 ];
 
-/// The built-in house, and the models of the folder that `FARFIELD_MODELS` names.
-pub(crate) fn layered() -> Vec<Layered> {
+/// Few triangles with photographs of facades.
+pub(crate) const CITY: [Entry; 1] = [("city_tokyo_lod2_b", [0.0, 25.0, 300.0], [60.0, 40.0, 60.0])];
+
+/// The built-in house in its view cell.
+pub(crate) fn house() -> Model {
+    Model {
+        name: "house",
+        source: SceneChoice::House,
+        scene: farfield_town::house(0),
+        cell: view_cell([0.0, 10.0, 70.0], [20.0; 3]),
+    }
+}
+
+/// Those of the models that are in the folder that `FARFIELD_MODELS` names.
+pub(crate) fn read(entries: &[Entry]) -> Vec<Model> {
     let folder = std::env::var_os("FARFIELD_MODELS").map(PathBuf::from);
-    let mut all = vec![prepare(
-        "house",
-        farfield_town::house(0),
-        [0.0, 10.0, 70.0],
-        [20.0; 3],
-    )];
-    for (name, center, size) in MODELS {
+    let read = |&(name, center, size): &Entry| {
         let path = folder
             .as_ref()
             .map(|folder| folder.join(name).with_extension("glb"));
-        match path.filter(|path| path.exists()) {
-            Some(path) => {
-                let scene = farfield_import::read(&path)
-                    .expect("the model can be read")
-                    .scene;
-                all.push(prepare(name, scene, center, size));
-            }
-            None => println!("SKIPPED: {name} is in no folder named by FARFIELD_MODELS"),
-        }
-    }
-    all
+        let Some(path) = path.filter(|path| path.exists()) else {
+            println!("SKIPPED: {name} is in no folder named by FARFIELD_MODELS");
+            return None;
+        };
+        let imported = farfield_import::read(&path).expect("the model can be read");
+        Some(Model {
+            name,
+            source: SceneChoice::File(path),
+            scene: imported.scene,
+            cell: view_cell(center, size),
+        })
+    };
+    entries.iter().filter_map(read).collect()
 }
 
-fn prepare(name: &str, scene: Scene, center: [f64; 3], size: [f64; 3]) -> Layered {
-    let cell = ViewCell::Box {
+fn view_cell(center: [f64; 3], size: [f64; 3]) -> ViewCell {
+    ViewCell::Box {
         center: DVec3::from(center),
         size: DVec3::from(size),
-    };
+    }
+}
+
+/// Places, records and culls a model's layers.
+pub(crate) fn prepare(model: Model) -> Layered {
+    let Model {
+        name, scene, cell, ..
+    } = model;
     let settings = Settings {
         cell,
         represented: scene.bounds().expect("the scene has triangles"),
