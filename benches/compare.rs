@@ -1,6 +1,5 @@
 //! Layered impostors beside other representations of the same scene.
 
-use crate::flip;
 use crate::models::Model;
 use crate::octahedral::{OctahedralImpostor, TexelSize, linear_bytes};
 use crate::picture::{Picture, over_background, render, write_png};
@@ -9,7 +8,8 @@ use crate::simplified::{Budget, Method, simplify};
 use farfield_bundle::{Body, GLTF_FILE, LayeredBody, cost};
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
-    Coverage, NONE, coverage, covered_in_any_sample, gap_pixels, layer_indices, phantom_pixels,
+    Coverage, NONE, coverage, covered_in_any_sample, flip_errors, gap_pixels, layer_indices,
+    phantom_pixels,
 };
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::Scene;
@@ -168,6 +168,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
         fov_degrees: FOV_DEGREES,
         exclude: Vec::new(),
         bytes_per_quad: 104.0,
+        page_size: 4096,
         out: Some(folder.path().to_owned()),
     };
     bake(&options, &Console::Silent).expect("the model bakes");
@@ -357,12 +358,13 @@ fn compare(
     let is_hole = |[x, y]: &&[u32; 2]| shown.ids[(*x as usize, *y as usize)] == NONE;
     let region = region(&original.ids, &shown.ids);
     let [before, after] = [original, shown].map(over_background);
+    let flip = flip_errors(&before, &after, &region).errors;
     Figures {
         gaps: gaps.len() as u64,
         holes: gaps.iter().filter(is_hole).count() as u64,
         phantoms: phantom_pixels(covered, &shown.ids).len() as u64,
         coverage: coverage(&original.ids, &shown.ids),
-        flip: flip::sum_errors(&before, &after, &region),
+        flip: flip.mean() * flip.count() as f64,
         region: region.count() as u64,
     }
 }

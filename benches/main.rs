@@ -8,7 +8,6 @@
 mod atlas;
 mod capture;
 mod compare;
-mod flip;
 mod models;
 mod octahedral;
 mod picture;
