@@ -11,14 +11,13 @@ use farfield_grid::{BitMask, Grid};
 pub struct ColorDifference {
     /// Pixels compared.
     pub pixels: u64,
-    /// Those of them that both pictures cover.
-    pub covered_by_both: u64,
     /// Sum of the squared differences of all channels, in units of 1/255 squared.
     pub squares: u64,
     /// Sum of the differences of each channel, in units of 1/255.
     pub sums: [i64; 3],
-    /// The same over the pixels that both pictures cover.
-    pub sums_in_both: [i64; 3],
+    /// How often each channel differs by -255, ..., 255 over the pixels that both pictures cover;
+    /// empty where there are none.
+    pub counts_in_both: Vec<[u64; 3]>,
     /// Absolute differences of channels, in [0, 1].
     pub differences: Distribution,
 }
@@ -27,11 +26,16 @@ impl ColorDifference {
     /// Adds the differences of another view.
     pub fn merge(&mut self, other: &Self) {
         self.pixels += other.pixels;
-        self.covered_by_both += other.covered_by_both;
         self.squares += other.squares;
         for channel in 0..3 {
             self.sums[channel] += other.sums[channel];
-            self.sums_in_both[channel] += other.sums_in_both[channel];
+        }
+        let most = self.counts_in_both.len().max(other.counts_in_both.len());
+        self.counts_in_both.resize(most, [0; 3]);
+        for (counts, more) in self.counts_in_both.iter_mut().zip(&other.counts_in_both) {
+            for channel in 0..3 {
+                counts[channel] += more[channel];
+            }
         }
         self.differences.merge(&other.differences);
     }
@@ -45,22 +49,42 @@ impl ColorDifference {
 
     /// Mean difference of each channel, in [-1, 1]; 0 where nothing is compared.
     ///
-    /// Conservative impostors reach a little over silhouettes, and show object there where the
-    /// original shows background: this moves the bias towards the object's colour.
-    /// [`bias_in_both`](Self::bias_in_both) is free of it.
+    /// Conservative impostors reach a little over silhouettes, and show the near there where the
+    /// original shows the far: this moves the bias towards the colours of what is near.
+    /// [`typical_bias`](Self::typical_bias) is free of it.
     pub fn bias(&self) -> [f64; 3] {
-        mean(self.sums, self.pixels)
+        self.sums
+            .map(|sum| sum as f64 / 255.0 / self.pixels.max(1) as f64)
     }
 
-    /// Mean difference of each channel over the pixels that both pictures cover, in [-1, 1]; 0
-    /// where there are none: whether the impostor's colours are right, whatever its silhouette.
-    pub fn bias_in_both(&self) -> [f64; 3] {
-        mean(self.sums_in_both, self.covered_by_both)
+    /// Interquartile mean of each channel's differences over the pixels that both pictures cover,
+    /// in [-1, 1]; 0 where there are none. Whether the impostor's colours are right, whatever its
+    /// silhouettes: the quarter of the pixels that differ most to either side does not count.
+    pub fn typical_bias(&self) -> [f64; 3] {
+        [0, 1, 2].map(|channel| {
+            let counts = self.counts_in_both.iter().map(|counts| counts[channel]);
+            interquartile_mean(counts) / 255.0
+        })
     }
 }
 
-fn mean(sums: [i64; 3], pixels: u64) -> [f64; 3] {
-    sums.map(|sum| sum as f64 / 255.0 / pixels.max(1) as f64)
+/// The mean of the middle half of whole values, given how often -255, -254, ... occur.
+fn interquartile_mean(counts: impl Iterator<Item = u64> + Clone) -> f64 {
+    let total = counts.clone().sum::<u64>() as f64;
+    let (first, last) = (total / 4.0, total * 3.0 / 4.0);
+    let mut below = 0.0;
+    let mut sum = 0.0;
+    for (i, count) in counts.enumerate() {
+        let end = below + count as f64;
+        let inside = (end.min(last) - f64::max(below, first)).max(0.0);
+        sum += inside * (i as f64 - 255.0);
+        below = end;
+    }
+    if total > 0.0 {
+        sum / (last - first)
+    } else {
+        0.0
+    }
 }
 
 /// A picture and what it covers.
@@ -95,14 +119,18 @@ pub fn color_difference(
         let (before, after) = (original.colors[pixel], impostor.colors[pixel]);
         let both = original.ids[pixel] != NONE && impostor.ids[pixel] != NONE;
         result.pixels += 1;
-        result.covered_by_both += u64::from(both);
+        if both && result.counts_in_both.is_empty() {
+            result.counts_in_both = vec![[0; 3]; 511];
+        }
         for channel in 0..3 {
             let difference = i64::from(after[channel]) - i64::from(before[channel]);
             let distance = difference.unsigned_abs();
             counts[distance as usize] += 1;
             result.squares += distance * distance;
             result.sums[channel] += difference;
-            result.sums_in_both[channel] += if both { difference } else { 0 };
+            if both {
+                result.counts_in_both[(difference + 255) as usize][channel] += 1;
+            }
         }
     }
     for (distance, count) in counts.into_iter().enumerate() {
@@ -167,7 +195,12 @@ mod tests {
             for channel in 0..3 {
                 // 35 additions of numbers of at most 1.
                 prop_assert!((found.bias()[channel] - mean(&all, channel)).abs() < 1e-14);
-                prop_assert!((found.bias_in_both()[channel] - mean(&both, channel)).abs() < 1e-14);
+                // Four of each, so that the quarters are whole.
+                let mut four: Vec<f64> = both.iter().flat_map(|v| [v[channel]; 4]).collect();
+                four.sort_by(f64::total_cmp);
+                let middle = &four[both.len()..3 * both.len()];
+                let typical = middle.iter().sum::<f64>() / middle.len().max(1) as f64;
+                prop_assert!((found.typical_bias()[channel] - typical).abs() < 1e-13);
             }
             let values: Vec<f64> = all.concat();
             prop_assert_eq!(found.differences.count(), values.len() as u64);
@@ -188,7 +221,7 @@ mod tests {
             let (there, back) = (compare(&a, &b, &region), compare(&b, &a, &region));
             let turned = ColorDifference {
                 sums: back.sums.map(|sum| -sum),
-                sums_in_both: back.sums_in_both.map(|sum| -sum),
+                counts_in_both: back.counts_in_both.iter().rev().copied().collect(),
                 ..back
             };
             prop_assert_eq!(there, turned);

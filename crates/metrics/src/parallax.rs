@@ -47,9 +47,9 @@ pub struct ParallaxErrors {
 /// equally near ones the one with the least error.
 ///
 /// Silhouettes of an impostor reach up to a texel too far, and what it never shows need not be
-/// there. So a point whose own ray meets nothing within its range is hidden, not displaced, where the
-/// impostor shows a nearer layer that the original shows in the 5 x 5 neighbourhood, or one next to
-/// that.
+/// there. So a point whose own ray meets nothing within its range is hidden, not displaced, where
+/// the impostor shows a nearer layer, but none nearer by more than one than what the original
+/// shows in the 5 x 5 neighbourhood.
 ///
 /// * `depth`, `impostor` - depths of both along the camera's view axis, in metres; infinite where
 ///   nothing is seen
@@ -113,15 +113,14 @@ pub fn parallax(
     result
 }
 
-/// Whether the impostor shows a nearer layer at a pixel than the original does, one that the
-/// original shows close by.
+/// Whether the impostor shows a nearer layer at a pixel than the original does, but not a nearer
+/// one than the original shows close by. Of a steep surface that is any layer between.
 fn is_hidden(layers: &Grid<u32>, shown: &Grid<u32>, [x, y]: [usize; 2]) -> bool {
-    let before = shown[(x, y)];
     let columns = x.saturating_sub(2)..(x + 3).min(layers.width());
-    before < layers[(x, y)]
-        && (y.saturating_sub(2)..(y + 3).min(layers.height()))
-            .flat_map(|y| &layers.row(y)[columns.clone()])
-            .any(|near| near.abs_diff(before) <= 1)
+    let close_by = (y.saturating_sub(2)..(y + 3).min(layers.height()))
+        .flat_map(|y| &layers.row(y)[columns.clone()]);
+    let nearest = close_by.min().copied().unwrap_or(NONE);
+    (nearest.saturating_sub(1)..layers[(x, y)]).contains(&shown[(x, y)])
 }
 
 /// The eight texels around one.

@@ -29,8 +29,9 @@ pub struct VerifyReport {
     /// Peak signal-to-noise ratio over the same pixels, in decibels; null where pictures are
     /// equal.
     pub psnr_db: Option<f64>,
-    /// Mean signed difference of the channel where it is greatest, over pixels that both cover,
-    /// as a share of full intensity: positive where the impostor is brighter.
+    /// Mean signed difference of the channel where it is greatest, as a share of full intensity:
+    /// positive where the impostor is brighter. Of pixels that both cover, less the quarter that
+    /// differs most to either side: there silhouettes are a texel apart.
     pub colour_bias: f64,
     /// The number of the worst viewpoint: most gaps, phantoms and displaced pixels, then the
     /// greatest mean colour difference.
@@ -136,7 +137,7 @@ pub(super) fn summarise(
 ) -> VerifyReport {
     let built_in = cfg!(feature = "flip");
     let color = &totals.color;
-    let bias = color.bias_in_both();
+    let bias = color.typical_bias();
     let covered = totals.coverage.covered.max(1) as f64;
     VerifyReport {
         views: totals.views,
