@@ -112,6 +112,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 
     let too_small = texels_too_small(baked.smallest_texel);
     let blended = blended_as_masked(scene);
+    let masked = has_masks(scene);
     let warnings: Vec<String> = loaded
         .warnings
         .into_iter()
@@ -139,8 +140,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             gap_pixels: Some(0),
             parallax_px: Some(1.0),
             phantom_pixels: Some(0),
-            colour_bias: Some(1.0 / 255.0),
-            notes: [OFF_AXIS.to_owned()].into_iter().chain(too_small).collect(),
+            colour_bias: (!masked).then_some(1.0 / 255.0),
+            notes: notes(masked, too_small),
             ..Promise::default()
         },
         statistics: statistics.clone(),
@@ -178,6 +179,22 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 /// The promise is for cameras that look at the centre of what is represented.
 const OFF_AXIS: &str = "A camera that looks elsewhere magnifies texels by at most \
     1 / cos\u{b2} of the angle between its axis and the direction to them.";
+
+/// Masked materials are recorded so that no gap opens, which makes leaves larger by up to a texel.
+const MASKED: &str = "Masked surfaces reach up to a texel over their outlines, so among leaves \
+    more of the near and less of what is behind is seen; colours are not promised.";
+
+/// The limits of the promise.
+fn notes(masked: bool, too_small: Option<String>) -> Vec<String> {
+    let masked = masked.then(|| MASKED.to_owned());
+    let notes = [Some(OFF_AXIS.to_owned()), masked, too_small];
+    notes.into_iter().flatten().collect()
+}
+
+fn has_masks(scene: &Scene) -> bool {
+    let masks = |material: &u32| scene.materials[*material as usize].alpha.cutoff().is_some();
+    scene.triangle_materials.iter().any(masks)
+}
 
 /// What the impostor is made for.
 fn settings(options: &BakeOptions, scene: &Scene) -> Result<layered::Settings> {

@@ -11,6 +11,8 @@ use farfield_metrics::{
 use farfield_sampling::{Lighting, Visibility, rasterize, record, shade};
 use farfield_views::Camera;
 use glam::DVec3;
+use std::cell::OnceCell;
+use std::ops::Range;
 
 /// Whether everything is where it should be in one view.
 pub(super) struct Geometry {
@@ -159,6 +161,7 @@ fn compare_geometry(
             .tracer
             .nearest_to_range(reference.eye, direction, range)
     };
+    let close_look = CloseLook::new(subject, camera);
     Geometry {
         gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
         phantoms: convicted(subject, camera, suspects),
@@ -169,7 +172,60 @@ fn compare_geometry(
             &recorded,
             subject.most_parallax,
             meet,
+            |at| close_look.nearest(at),
         ),
+    }
+}
+
+/// The original's layers in 4 x 4 samples a pixel, where they are asked for.
+struct CloseLook<'a> {
+    subject: &'a Subject<'a>,
+    camera: &'a Camera,
+    strips: Vec<OnceCell<Grid<u32>>>,
+}
+
+/// Samples a pixel along each side.
+const SAMPLES: u32 = 4;
+
+impl<'a> CloseLook<'a> {
+    fn new(subject: &'a Subject<'a>, camera: &'a Camera) -> Self {
+        let strips = camera.height.div_ceil(TILE);
+        Self {
+            subject,
+            camera,
+            strips: (0..strips).map(|_| OnceCell::new()).collect(),
+        }
+    }
+
+    /// The least layer in the 5 x 5 neighbourhood of a pixel.
+    fn nearest(&self, [x, y]: [u32; 2]) -> u32 {
+        let strip = y / TILE;
+        let rows =
+            (strip * TILE).saturating_sub(2)..((strip + 1) * TILE + 2).min(self.camera.height);
+        let layers = self.strips[strip as usize].get_or_init(|| self.layers(&rows));
+        let samples = |from: u32, to: u32| (from * SAMPLES) as usize..(to * SAMPLES) as usize;
+        let columns = samples(x.saturating_sub(2), (x + 3).min(self.camera.width));
+        let rows = samples(
+            y.saturating_sub(2) - rows.start,
+            (y + 3).min(rows.end) - rows.start,
+        );
+        rows.flat_map(|y| &layers.row(y)[columns.clone()])
+            .min()
+            .copied()
+            .unwrap_or(NONE)
+    }
+
+    fn layers(&self, rows: &Range<u32>) -> Grid<u32> {
+        let window = self.camera.window(&(0..self.camera.width), rows);
+        let camera = Camera {
+            width: window.width * SAMPLES,
+            height: window.height * SAMPLES,
+            ..window
+        };
+        let original = &self.subject.original;
+        let seen = rasterize(original.scene, &original.textures, &camera);
+        let borders = &self.subject.borders;
+        layer_indices(&seen.depth, &camera, self.subject.reference(), borders)
     }
 }
 
