@@ -391,6 +391,26 @@ fn a_dropped_layer_opens_gaps() {
     assert_broken(&report, &[&named]);
 }
 
+/// What a layer shows may be so little that no view misses it.
+#[test]
+fn a_dropped_layer_is_found_though_hardly_seen() {
+    let mut bundle = good();
+    let patches = bundle.patches();
+    let texels = |layer: &u32| {
+        let of_layer = patches.iter().filter(|patch| patch.layer == *layer);
+        of_layer.map(|patch| patch.rect.area()).sum::<u64>()
+    };
+    let layers = 0..bundle.body().layers.len() as u32;
+    let least = layers.filter(|layer| texels(layer) > 0).min_by_key(texels);
+    let least = least.unwrap();
+    let quads: Vec<_> = (0..patches.len())
+        .filter(|quad| patches[*quad].layer != least)
+        .collect();
+    bundle.take_quads(&quads);
+    let named = format!("layer {least} has 0 quads where the manifest says");
+    assert_broken(&bundle.verified(1), &[&named]);
+}
+
 /// One texel is enough, and its pixel is named.
 #[test]
 fn a_holed_texel_is_a_gap_where_it_is() {
@@ -472,7 +492,7 @@ fn shifted_colours_are_a_bias() {
     }
 }
 
-/// Layers that suit a view cell need not suit a larger one.
+/// Layers that suit a view cell need not suit a larger one: seen from its corners, and proved.
 #[test]
 fn an_enlarged_view_cell_finds_layers_too_far_apart() {
     let mut bundle = good();
@@ -481,6 +501,8 @@ fn an_enlarged_view_cell_finds_layers_too_far_apart() {
     };
     *size *= 1.3;
     let report = bundle.verified(VIEWS);
+    assert!(report.parallax_px > 1.0, "{report:?}");
+    assert_broken(&report, &["a parallax of"]);
     assert!(report.proved.iter().any(|found| found.bound > found.limit));
     assert_broken(&report, &["layers", "are too far apart for the view cell"]);
 }
@@ -497,6 +519,8 @@ fn a_quad_with_turned_texels_is_named() {
             bundle.display.uvs[vertex] = uvs[(i + turn) % 4];
         }
         let report = bundle.verified(VIEWS);
+        assert!(report.gap_pixels > 1000, "{report:?}");
+        assert_broken(&report, &["gap pixels, promised at most 0"]);
         let named = format!("quad {quad}: its texels are turned");
         assert_broken(&report, &[&named]);
     }
