@@ -5,7 +5,7 @@ use farfield_scene::{Material, Mesh, Object, Scene};
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 use std::fs;
 use std::path::{Path, PathBuf};
-use xtask::{Console, SceneChoice, VerifyOptions, bake, verify};
+use xtask::{Console, SceneChoice, VerifyOptions, VerifyReport, bake, verify};
 
 /// The message of a bake that must fail and leave its folder as it was.
 fn refusal(scene: &Path, cell: Option<&str>) -> String {
@@ -82,12 +82,12 @@ fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
     assert!(contents(folder.path()).is_empty());
 }
 
-#[test]
-fn a_scene_that_faces_away_is_refused() {
-    // Counter-clockwise seen from -Z; the default cell lies on the +Z side.
+/// A scene file of one triangle, single-sided.
+fn triangle_file(corners: [Vec3; 3]) -> Vec<u8> {
+    let [a, b, c] = corners;
     let scene = Scene {
-        positions: vec![Vec3::ZERO, Vec3::Y, Vec3::X],
-        normals: vec![Vec3::NEG_Z; 3],
+        positions: corners.into(),
+        normals: vec![(b - a).cross(c - a).normalize(); 3],
         uvs: vec![Vec2::ZERO; 3],
         colors: vec![Vec4::ONE; 3],
         triangles: vec![[0, 1, 2]],
@@ -98,13 +98,19 @@ fn a_scene_that_faces_away_is_refused() {
             triangles: 0..1,
         }],
         objects: vec![Object {
-            name: "back".into(),
+            name: "triangle".into(),
             mesh: 0,
             world_from_mesh: DAffine3::IDENTITY,
         }],
         ..Scene::default()
     };
-    let glb = farfield_bundle::glb_from_scene(&scene, &[]).unwrap();
+    farfield_bundle::glb_from_scene(&scene, &[]).unwrap()
+}
+
+#[test]
+fn a_scene_that_faces_away_is_refused() {
+    // Counter-clockwise seen from -Z; the default cell lies on the +Z side.
+    let glb = triangle_file([Vec3::ZERO, Vec3::Y, Vec3::X]);
     let (_folder, path) = with_file("back.glb", &glb);
     assert_names(
         &refusal(&path, None),
@@ -135,33 +141,146 @@ fn an_excluded_object_must_exist() {
     assert_names(&message, &["unicorn"]);
 }
 
-#[test]
-fn verify_refuses_what_is_no_bundle_or_was_changed() {
-    let folder = tempfile::tempdir().unwrap();
-    let verify = |dir: &Path| {
-        let options = VerifyOptions {
-            dir: dir.to_owned(),
-            scene: None,
-            views: 0..1,
-        };
-        verify(&options, &Console::Silent)
-    };
-    assert_names(
-        &format!("{:#}", verify(folder.path()).unwrap_err()),
-        &["bundle.json"],
-    );
-
+/// Bakes a triangle in a folder: its file, `scene.glb`, and its bundle, `bundle`.
+fn baked_triangle() -> (tempfile::TempDir, PathBuf) {
+    let glb = triangle_file([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    let (folder, scene) = with_file("scene.glb", &glb);
     let dir = folder.path().join("bundle");
-    bake(&options(SceneChoice::House, 64, &dir), &Console::Silent).unwrap();
-    assert!(verify(&dir).is_ok());
-    let page = dir.join("pages/000.png");
-    let mut bytes = fs::read(&page).unwrap();
-    *bytes.last_mut().unwrap() ^= 1;
-    fs::write(&page, bytes).unwrap();
-    assert_names(
-        &format!("{:#}", verify(&dir).unwrap_err()),
-        &["pages/000.png"],
+    let options = options(SceneChoice::File(scene), 64, &dir);
+    bake(&options, &Console::Silent).unwrap();
+    (folder, dir)
+}
+
+fn looked_at(dir: &Path, scene: Option<PathBuf>) -> anyhow::Result<VerifyReport> {
+    let options = VerifyOptions {
+        dir: dir.to_owned(),
+        scene,
+        views: 0..1,
+    };
+    verify(&options, &Console::Silent)
+}
+
+/// The message of a verification that must fail and leave the bundle's folder as it was.
+fn refused_bundle(dir: &Path, scene: Option<PathBuf>) -> String {
+    let before = contents(dir);
+    let error = looked_at(dir, scene).expect_err("the bundle must be refused");
+    assert_eq!(contents(dir), before, "the folder was changed");
+    let message = format!("{error:#}");
+    assert!(!message.contains('\n'), "more than one line: {message}");
+    message
+}
+
+#[test]
+fn verify_refuses_what_is_no_bundle() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = folder.path().display().to_string();
+    let no_bundle = [&name, "is not a bundle", "bundle.json", "bake one first"];
+    assert_names(&refused_bundle(folder.path(), None), &no_bundle);
+    for (foreign, words) in [
+        (r#"{"name": "left-pad", "files": []}"#, "format"),
+        (
+            r#"{"format": "sofa", "version": 1}"#,
+            "expected \"farfield-bundle\"",
+        ),
+        ("[1, 2, 3]", "[0]"),
+        ("", "the document"),
+    ] {
+        fs::write(folder.path().join("bundle.json"), foreign).unwrap();
+        let message = refused_bundle(folder.path(), None);
+        assert_names(&message, &["bundle.json: ", words, "bake"]);
+    }
+}
+
+/// A changed file is refused before anything is measured: which file, and what to do.
+#[test]
+fn verify_refuses_a_bundle_that_was_changed() {
+    let (_folder, dir) = baked_triangle();
+    assert!(looked_at(&dir, None).unwrap().holds);
+    let refuse = |file: &str, change: &dyn Fn(&mut Vec<u8>), words: &[&str]| {
+        let path = dir.join(file);
+        let sound = fs::read(&path).unwrap();
+        let mut bytes = sound.clone();
+        change(&mut bytes);
+        assert_ne!(bytes, sound);
+        fs::write(&path, bytes).unwrap();
+        let message = refused_bundle(&dir, None);
+        assert_names(&message, &[file, "again"]);
+        assert_names(&message, words);
+        fs::write(&path, sound).unwrap();
+    };
+    for file in ["pages/000.png", "impostors.glb"] {
+        refuse(
+            file,
+            &|bytes| bytes.truncate(bytes.len() / 2),
+            &["bytes, the manifest says", "changed after the bake"],
+        );
+        refuse(
+            file,
+            &|bytes| *bytes.last_mut().unwrap() ^= 1,
+            &["does not match its checksum", "changed after the bake"],
+        );
+    }
+    let edit = |from: &'static str, to: &'static str| {
+        move |bytes: &mut Vec<u8>| {
+            *bytes = String::from_utf8_lossy(bytes).replace(from, to).into();
+        }
+    };
+    let manifest = "bundle.json";
+    refuse(
+        manifest,
+        &|bytes| bytes.truncate(bytes.len() / 2),
+        &["EOF", "line"],
     );
+    refuse(
+        manifest,
+        &edit("\"resolution\": 64", "\"resolution\": 63"),
+        &["does not match its checksum"],
+    );
+    refuse(
+        manifest,
+        &edit("\"resolution\": 64", "\"resolution\": 0"),
+        &["options.resolution"],
+    );
+    fs::remove_file(dir.join("pages/000.png")).unwrap();
+    assert_names(
+        &refused_bundle(&dir, None),
+        &["pages/000.png", "is missing", "bake the bundle again"],
+    );
+}
+
+#[test]
+fn verify_refuses_a_bundle_of_a_newer_version() {
+    let (_folder, dir) = baked_triangle();
+    let path = dir.join("bundle.json");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("\"version\": 1,", "\"version\": 2,")).unwrap();
+    assert_names(
+        &refused_bundle(&dir, None),
+        &["bundle.json: version: 2", "use a newer farfield"],
+    );
+}
+
+#[test]
+fn verify_refuses_a_scene_that_is_missing_or_another() {
+    let (folder, dir) = baked_triangle();
+    let (scene, moved) = (
+        folder.path().join("scene.glb"),
+        folder.path().join("moved.glb"),
+    );
+    fs::rename(&scene, &moved).unwrap();
+    assert_names(
+        &refused_bundle(&dir, None),
+        &["scene.glb", "is not there", "--scene FILE"],
+    );
+    assert!(looked_at(&dir, Some(moved)).unwrap().holds);
+
+    let other = triangle_file([Vec3::ZERO, 2.0 * Vec3::X, Vec3::Y]);
+    fs::write(&scene, other).unwrap();
+    let another = ["scene.glb", "not the scene that was baked", "--scene FILE"];
+    assert_names(&refused_bundle(&dir, None), &another);
+    assert_names(&refused_bundle(&dir, Some(scene)), &another);
+    let nowhere = Some(folder.path().join("nowhere.glb"));
+    assert_names(&refused_bundle(&dir, nowhere), &["nowhere.glb", "--scene"]);
 }
 
 /// A scene is all of its files: verify refuses one whose buffer or image was changed.

@@ -5,4 +5,5 @@ mod determinism;
 mod house;
 mod models;
 mod occlusion;
+mod sabotage;
 mod setup;

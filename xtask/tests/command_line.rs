@@ -1,5 +1,7 @@
 //! The command line is a contract: exit status, stdout and stderr.
 
+use farfield_bundle::{CERTIFICATE_FILE, Manifest, NewFile};
+use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -101,7 +103,7 @@ fn failed_work_is_status_1_with_one_message() {
         .collect();
     assert_eq!(errors.len(), 1, "{text}");
     assert_eq!(errors[0].matches("No such file").count(), 1, "{text}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]
@@ -125,6 +127,86 @@ fn a_wrong_command_line_is_status_2() {
     }
 }
 
+/// The files of the bundle in a folder, with its pages changed.
+fn files_with(dir: &Path, manifest: &Manifest, page: impl Fn(Vec<u8>) -> Vec<u8>) -> Vec<NewFile> {
+    let file = |path: &String| {
+        let bytes = fs::read(dir.join(path)).unwrap();
+        NewFile {
+            path: path.clone(),
+            bytes: match path.ends_with(".png") {
+                true => page(bytes),
+                false => bytes,
+            },
+        }
+    };
+    manifest
+        .files
+        .iter()
+        .map(|record| file(&record.path))
+        .collect()
+}
+
+/// A glTF file of one triangle, with corners (0, 0, 0), (1, 0, 0) and (0, 1, 0).
+const TRIANGLE: &str = r#"{
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+        "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri":
+        "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]
+}"#;
+
+/// A changed bundle is refused before anything is measured; one that was also given new checksums
+/// is only told apart from the one that was certified.
+#[test]
+fn a_changed_bundle_is_status_1_and_its_certificate_stale() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("bundle");
+    let out = dir.to_str().unwrap();
+    fs::write(folder.path().join("scene.gltf"), TRIANGLE).unwrap();
+    let baked = xtask(
+        &["bake", "scene.gltf", "--resolution", "64", "--out", out],
+        folder.path(),
+    );
+    assert_eq!(baked.status.code(), Some(0), "{}", stderr(&baked));
+    let verified = xtask(&["verify", out, "--views", "2"], folder.path());
+    assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
+    let look = || xtask(&["verify", out, "--view", "1"], folder.path());
+    let looked = look();
+    assert!(stderr(&looked).contains("certified from 2 viewpoints"));
+
+    let certificate = fs::read(dir.join(CERTIFICATE_FILE)).unwrap();
+    let mut manifest = farfield_bundle::read(&dir).unwrap();
+    manifest.warnings.push("It was edited.".into());
+    let files = files_with(&dir, &manifest, |page| page);
+    farfield_bundle::write(&dir, &manifest, &files).unwrap();
+    fs::write(dir.join(CERTIFICATE_FILE), &certificate).unwrap();
+    let looked = look();
+    assert_eq!(looked.status.code(), Some(0), "{}", stderr(&looked));
+    let stale = "warning: the certificate belongs to another";
+    assert!(stderr(&looked).contains(stale), "{}", stderr(&looked));
+    assert_eq!(fs::read(dir.join(CERTIFICATE_FILE)).unwrap(), certificate);
+
+    let page = dir.join("pages/000.png");
+    let mut bytes = fs::read(&page).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    fs::write(&page, bytes).unwrap();
+    let refused = xtask(&["verify", out, "--json"], folder.path());
+    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+    assert!(refused.stdout.is_empty());
+    let text = stderr(&refused);
+    let errors: Vec<_> = text
+        .lines()
+        .filter(|line| line.starts_with("error: "))
+        .collect();
+    assert_eq!(errors.len(), 1, "{text}");
+    assert!(
+        errors[0].contains("000.png does not match its checksum"),
+        "{text}"
+    );
+}
+
 #[test]
 fn a_broken_promise_is_status_3() {
     let folder = tempfile::tempdir().unwrap();
@@ -142,21 +224,11 @@ fn a_broken_promise_is_status_3() {
         height: size,
         texels: vec![[0; 4]; (size * size) as usize],
     };
-    let files: Vec<_> = manifest
-        .files
-        .iter()
-        .map(|file| farfield_bundle::NewFile {
-            path: file.path.clone(),
-            bytes: match file.path.ends_with(".png") {
-                true => farfield_bundle::encode_png(&page),
-                false => std::fs::read(dir.join(&file.path)).unwrap(),
-            },
-        })
-        .collect();
+    let files = files_with(&dir, &manifest, |_| farfield_bundle::encode_png(&page));
     farfield_bundle::write(&dir, &manifest, &files).unwrap();
 
     let verified = xtask(&["verify", out, "--views", "2"], folder.path());
     assert_eq!(verified.status.code(), Some(3), "{}", stderr(&verified));
     assert!(stderr(&verified).contains("BROKEN"));
-    assert!(stderr(&verified).contains("gaps at pixels ("));
+    assert!(stderr(&verified).contains("gap pixels, promised at most 0: view 0 at ("));
 }

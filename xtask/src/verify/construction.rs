@@ -75,13 +75,36 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Construction {
         .map(|layer| layer.depth)
         .collect();
     let camera = recording_camera(&subject.stack);
-    let patches = patches_of(subject.impostor.scene, &camera, &depths).unwrap_or_else(|error| {
-        faults.push(format!("{error}"));
-        Vec::new()
-    });
+    let patches = match patches_of(subject.impostor.scene, &camera, &depths) {
+        Ok(patches) => {
+            faults.extend(miscounted(&patches, &subject.quads));
+            patches
+        }
+        Err(error) => {
+            faults.push(format!("{error}"));
+            Vec::new()
+        }
+    };
     Construction {
         proved,
         faults,
         patches,
     }
+}
+
+/// Layers that have fewer or more quads than the manifest says, a sentence about the first. What a
+/// layer lacks need not open a gap in any of the views.
+fn miscounted(patches: &[Patch], expected: &[u32]) -> Option<String> {
+    let mut found = vec![0; expected.len()];
+    for patch in patches {
+        found[patch.layer as usize] += 1;
+    }
+    let mut wrong = (0..found.len()).filter(|layer| found[*layer] != expected[*layer]);
+    let first = wrong.next()?;
+    Some(format!(
+        "layer {first} has {} quads where the manifest says {}; {} other layers differ as well",
+        found[first],
+        expected[first],
+        wrong.count()
+    ))
 }

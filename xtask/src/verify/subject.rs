@@ -31,6 +31,8 @@ pub(super) struct Subject<'a> {
     pub(super) tracer: Tracer,
     /// Where the layers are, as the manifest says.
     pub(super) stack: LayerStack,
+    /// Number of quads of each layer, as the manifest says.
+    pub(super) quads: Vec<u32>,
     /// Depths between the layers, from the reference viewpoint.
     pub(super) borders: Vec<f64>,
     pub(super) cell: ViewCell,
@@ -66,6 +68,7 @@ impl<'a> Subject<'a> {
             impostor: Side::new(impostor),
             tracer: Tracer::new(impostor),
             stack: stack_of(body),
+            quads: body.layers.iter().map(|layer| layer.quads).collect(),
             borders: body.borders(),
             cell: manifest.options.view_cell,
             represented: *represented,
