@@ -3,6 +3,7 @@
 mod geometry;
 mod textures;
 
+mod masked;
 mod surface;
 
 mod light;

@@ -1,7 +1,8 @@
 //! What a camera sees: nearest surfaces, then their colours.
 
 use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
-use crate::surface::{Hit, is_there};
+use crate::masked::Masked;
+use crate::surface::Hit;
 use crate::{Lighting, Textures, lit_color, surface_at};
 use farfield_grid::Grid;
 use farfield_scene::Scene;
@@ -215,8 +216,7 @@ fn draw(
         object,
         triangle: id,
     } = triangle.drawn;
-    let material = &scene.materials[scene.triangle_materials[id as usize] as usize];
-    let masked = material.alpha.cutoff().is_some();
+    let masked = Masked::new(scene, textures, triangle.drawn);
     let (size, min) = (camera.pixel_size(), camera.extent.min);
     for y in triangle.rows.start.max(top)..triangle.rows.end.min(bottom) {
         let slope_y = min.y + (y as f64 + 0.5) * size.y;
@@ -234,9 +234,9 @@ fn draw(
             if !inside || inverse_depth <= row[x].inverse_depth {
                 continue;
             }
-            if masked {
+            if let Some(masked) = &masked {
                 let weights = DVec3::from(values) / values.iter().sum::<f64>();
-                if !is_there(scene, textures, material, &hit(object, id, weights)) {
+                if !masked.is_there(weights) {
                     continue;
                 }
             }

@@ -2,7 +2,8 @@
 
 use crate::coverage::{nearest_on_border, span, touched_columns, touched_rows};
 use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
-use crate::surface::{AlphaBetween, Hit, alpha_between, is_there};
+use crate::masked::{Masked, cut_to_side};
+use crate::surface::Hit;
 use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
 use farfield_grid::BitMask;
 use farfield_scene::{Material, Scene};
@@ -97,10 +98,10 @@ const BAND: usize = 16;
 /// one texel between neighbouring layers cannot slip through.
 /// (Jeschke, 2005, section 3.3.2 draws outlines and repairs diagonals instead.)
 ///
-/// A texel of a material with an alpha cutoff is set if alpha reaches it at the piece's point
-/// nearest to the texel's centre, or anywhere on what of the piece lies in the texel, as far as a
-/// search down to 1/256 of that finds it. A triangle of a
-/// single-sided material is left out where no corner of the view cell lies in front of its plane.
+/// A texel of a material with an alpha cutoff is set if alpha reaches it anywhere on what of the
+/// piece lies in the texel. That is exact where the triangle's vertices have the same alpha, and
+/// can miss a peak within a texel of the texture where they differ. A triangle of a single-sided
+/// material is left out where no corner of the view cell lies in front of its plane.
 ///
 /// Where several pieces touch a texel of a layer, front faces win over back faces (seen from the
 /// camera), those over the texel's centre over those beside it, and among these the nearest: in
@@ -379,8 +380,7 @@ fn draw_piece(
     band: &mut Band,
 ) {
     let Drawn { object, triangle } = piece.drawn;
-    let material = material_of(scene, piece.drawn);
-    let masked = material.alpha.cutoff().is_some();
+    let masked = Masked::new(scene, textures, piece.drawn);
     let corners = corners_in_view(scene, &camera.pose, piece.drawn);
     let interpolation = Interpolation::new(camera, corners);
     let polygon = cut_to_slab(corners, &slab);
@@ -389,6 +389,7 @@ fn draw_piece(
         .map(|corner| camera.pixel_from_view(corner.point))
         .collect();
 
+    let mut points = Vec::new();
     let touched = touched_rows(&outline, camera.height as usize);
     for y in band.rows.start.max(*touched.start())..band.rows.end.min(touched.end() + 1) {
         let over_centers = span(&outline, y as f64 + 0.5, y as f64 + 0.5);
@@ -423,8 +424,9 @@ fn draw_piece(
             {
                 continue;
             }
-            let hit = |weights| hit(object, triangle, weights);
-            if masked && !is_there(scene, textures, material, &hit(weights)) {
+            if let Some(masked) = &masked
+                && !masked.is_there(weights)
+            {
                 // Something else of the texel is worth a search only while nothing occludes.
                 if current
                     .as_ref()
@@ -432,23 +434,23 @@ fn draw_piece(
                 {
                     continue;
                 }
-                let part = part_in_texel(camera, &polygon, center);
-                let alpha =
-                    |corners| alpha_between(scene, textures, material, piece.drawn, corners);
-                let passes = |weights| is_there(scene, textures, material, &hit(weights));
-                let Some(passing) = some_point(part, alpha, passes) else {
+                points.clear();
+                points.extend(polygon.iter().map(|corner| corner.weights));
+                let whole = 0..points.len();
+                let part = part_in_texel(camera, corners, &mut points, whole, center);
+                let Some(passing) = masked.some_point(&mut points, part) else {
                     continue;
                 };
-                weights = passing.weights;
+                weights = passing;
                 rank.class |= 1;
-                rank.distance = camera
-                    .pixel_from_view(passing.point)
-                    .distance_squared(center);
+                let [a, b, c] = corners;
+                let point = a * weights.x + b * weights.y + c * weights.z;
+                rank.distance = camera.pixel_from_view(point).distance_squared(center);
             }
             let sample = Sample {
                 x: x as u16,
                 y: y as u16,
-                hit: hit(weights),
+                hit: hit(object, triangle, weights),
                 occludes: piece.front,
             };
             if current.replace((rank, sample)).is_none() {
@@ -472,85 +474,28 @@ fn beside(polygon: &[Corner], outline: &[DVec2], center: DVec2) -> (DVec2, DVec3
     )
 }
 
-/// The part of a polygon that lies in the texel around `center`.
-fn part_in_texel(camera: &Camera, polygon: &[Corner], center: DVec2) -> Vec<Corner> {
-    let [low, high] = [center - 0.5, center + 0.5].map(|p| camera.view_from_pixel(p, 1.0));
-    let mut part = cut_to_side(polygon, |p| p.x - low.x * p.z);
-    part = cut_to_side(&part, |p| high.x * p.z - p.x);
-    part = cut_to_side(&part, |p| p.y - low.y * p.z);
-    cut_to_side(&part, |p| high.y * p.z - p.y)
-}
-
-/// How often a polygon is split in search of a point: until its parts are within a texel of the
-/// texture, but at least and at most so often. The least makes 16 parts or more.
-const SPLITS: [usize; 2] = [2, 4];
-
-/// A point of a convex polygon that passes, if there is one that can be found: parts where points
-/// may pass are split until one does.
+/// The part of a polygon, a run of `points`, that lies in the texel around `center`; appended, as
+/// are others on the way to it.
 ///
-/// The search is on the polygon, not on a lattice of the texel: a card seen edge-on is thinner
-/// than any lattice, but from elsewhere in the view cell it is not.
-fn some_point(
-    polygon: Vec<Corner>,
-    alpha: impl Fn([DVec3; 3]) -> AlphaBetween,
-    passes: impl Fn(DVec3) -> bool,
-) -> Option<Corner> {
-    let fan = 1..polygon.len().saturating_sub(1);
-    let mut parts: Vec<[Corner; 3]> = fan
-        .map(|i| [polygon[0], polygon[i], polygon[i + 1]])
-        .collect();
-    for splits in 0..=SPLITS[1] {
-        let mut divisible = Vec::new();
-        for corners in &parts {
-            let alpha = alpha(corners.map(|corner| corner.weights));
-            if alpha.may_be_there {
-                let center = middle(corners);
-                if passes(center.weights) {
-                    return Some(center);
-                }
-                if splits < SPLITS[0] || !alpha.within_texel {
-                    divisible.push(*corners);
-                }
-            }
-        }
-        parts = divisible.iter().flat_map(quarters).collect();
-    }
-    None
-}
-
-/// A triangle cut at the middles of its edges.
-fn quarters([a, b, c]: &[Corner; 3]) -> [[Corner; 3]; 4] {
-    let [ab, bc, ca] = [[*a, *b], [*b, *c], [*c, *a]].map(|edge| middle(&edge));
-    [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
-}
-
-fn middle(corners: &[Corner]) -> Corner {
-    let count = corners.len() as f64;
-    Corner {
-        point: corners.iter().map(|corner| corner.point).sum::<DVec3>() / count,
-        weights: corners.iter().map(|corner| corner.weights).sum::<DVec3>() / count,
-    }
-}
-
-/// The part of a convex polygon on the side of a plane where `distance`, linear in the point, is
-/// not negative.
-fn cut_to_side(polygon: &[Corner], distance: impl Fn(DVec3) -> f64) -> Vec<Corner> {
-    let mut rest = Vec::with_capacity(polygon.len() + 1);
-    for (i, a) in polygon.iter().enumerate() {
-        let b = &polygon[(i + 1) % polygon.len()];
-        let (da, db) = (distance(a.point), distance(b.point));
-        if da >= 0.0 {
-            rest.push(*a);
-        }
-        if da * db < 0.0 {
-            let t = da / (da - db);
-            rest.push(Corner {
-                point: a.point.lerp(b.point, t),
-                weights: a.weights.lerp(b.weights, t),
-            });
-        }
-    }
-    rest
+/// * `corners` - of the triangle, in view space
+/// * `points` - barycentric coordinates
+fn part_in_texel(
+    camera: &Camera,
+    [a, b, c]: [DVec3; 3],
+    points: &mut Vec<DVec3>,
+    polygon: Range<usize>,
+    center: DVec2,
+) -> Range<usize> {
+    let [low, high] = [center - 0.5, center + 0.5].map(|p| camera.view_from_pixel(p, 1.0));
+    let [x, y, z] = [
+        DVec3::new(a.x, b.x, c.x),
+        DVec3::new(a.y, b.y, c.y),
+        DVec3::new(a.z, b.z, c.z),
+    ];
+    let sides = [x - z * low.x, z * high.x - x, y - z * low.y, z * high.y - y];
+    sides
+        .into_iter()
+        .fold(polygon, |part, side| cut_to_side(points, part, side))
 }
 
 fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
@@ -568,10 +513,12 @@ fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
 mod tests {
     use super::*;
     use crate::geometry::tests::soup;
-    use farfield_scene::AlphaMode;
+    use crate::masked::tests::{leaves, margin};
+    use farfield_scene::{AlphaMode, Filter};
     use farfield_views::{Extent, Pose};
     use glam::Vec4;
     use proptest::prelude::*;
+    use std::collections::HashSet;
 
     const WIDTH: u32 = 12;
     const HEIGHT: u32 = 9;
@@ -685,6 +632,44 @@ mod tests {
             }
         }
 
+        /// A texel of a masked triangle is set exactly where the surface is there, as a dense
+        /// sampling of the triangle finds it.
+        #[test]
+        fn masked_texels_are_set_where_the_surface_is_there(
+            (scene, same_alpha) in points(3)
+                .prop_flat_map(|p| leaves([p[0], p[1], p[2]]))
+                .prop_map(|scene| {
+                    let same_alpha = scene.colors.iter().all(|c| *c == scene.colors[0]);
+                    (scene, same_alpha)
+                }),
+        ) {
+            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE);
+            let texels: HashSet<_> = set(&recording).into_iter().collect();
+            let [a, b, c] = corners_in_view(&scene, &camera().pose, Drawn { object: 0, triangle: 0 });
+            let lattice = (0..=300).flat_map(|i| (0..=300 - i).map(move |j| (i, j)));
+            for (i, j) in lattice.filter(|_| same_alpha) {
+                let weights = DVec3::new(f64::from(300 - i - j), f64::from(i), f64::from(j)) / 300.0;
+                // More than rounding, of alpha to f32 and of positions.
+                if margin(&scene, weights) < 1e-6 {
+                    continue;
+                }
+                let point = a * weights.x + b * weights.y + c * weights.z;
+                let at = camera().pixel_from_view(point).floor();
+                let texel = (at.x.min(11.0) as u16, at.y.min(8.0) as u16);
+                for layer in 0..3 {
+                    if (BORDERS[layer]..=BORDERS[layer + 1]).contains(&point.z) {
+                        prop_assert!(texels.contains(&(layer, texel.0, texel.1)), "{point} is missing");
+                    }
+                }
+            }
+            for sample in recording.samples.iter().filter(|_| scene.textures[0].filter == Filter::Linear) {
+                let [s, t] = sample.hit.barycentric.map(f64::from);
+                // The hit is kept in f32, and alpha changes by at most 24 texels times 1.
+                let margin = margin(&scene, DVec3::new(1.0 - s - t, s, t));
+                prop_assert!(margin > -1e-5, "{sample:?} is not there");
+            }
+        }
+
         /// Two triangles that share an edge across a border set the same texels along the cut.
         #[test]
         fn both_layers_hold_the_cut(points in points(4)) {
@@ -772,9 +757,9 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_smaller_than_a_sub_sample_does_not_open_a_masked_texel() {
+    fn a_masked_texel_is_set_as_far_as_alpha_reaches_into_it() {
         // Alpha falls along x from 1 at -1.2 to 0 at 1.2: the cutoff is reached left of the
-        // middle, texels count as far as one of their sub-samples reaches it.
+        // middle, and every texel counts that it is reached in.
         let mut scene = double_sided(&[[-6.0, -6.0, -1.2], [6.0, -6.0, -1.2], [0.0, 6.0, -1.2]]);
         for (color, x) in scene.colors.iter_mut().zip([-6.0, 6.0, 0.0]) {
             *color = Vec4::new(1.0, 1.0, 1.0, 0.5 - x / 2.4);
@@ -790,11 +775,11 @@ mod tests {
             recording.samples.iter().map(|s| s.x).max().unwrap()
         };
         assert_eq!(columns(&scene), 11);
-        scene.materials[0].alpha = AlphaMode::Mask { cutoff: 0.5 };
-        // x = 0 lies on the border between columns 5 and 6: nearest points are the centres.
+        scene.materials[0].alpha = AlphaMode::Mask { cutoff: 0.501 };
+        // x = 0 lies on the border between columns 5 and 6.
         assert_eq!(columns(&scene), 5);
         scene.materials[0].alpha = AlphaMode::Mask { cutoff: 0.475 };
-        // Reached up to x = 0.06, 0.3 texels into column 6: past its first sub-samples.
+        // Reached up to x = 0.06, 0.3 texels into column 6: not up to its middle.
         assert_eq!(columns(&scene), 6);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::Textures;
 use crate::geometry::{Drawn, Interpolation, corners_in_view};
-use farfield_scene::{Material, Scene};
+use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
@@ -91,70 +91,6 @@ pub fn surface_at(scene: &Scene, textures: &Textures<'_>, camera: &Camera, hit: 
         roughness,
         emissive,
         unlit: material.unlit,
-    }
-}
-
-/// Whether the surface is there at a hit: alpha reaches the material's cutoff.
-pub(crate) fn is_there(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    material: &Material,
-    hit: &Hit,
-) -> bool {
-    let Some(cutoff) = material.alpha.cutoff() else {
-        return true;
-    };
-    let vertices = scene
-        .triangle_in(hit.object, hit.triangle)
-        .map(|v| v as usize);
-    let weights = weights(hit);
-    let vertex_alpha: f32 = (0..3)
-        .map(|i| scene.colors[vertices[i]].w * weights[i])
-        .sum();
-    let mut alpha = material.base_color.w * vertex_alpha;
-    if let Some(texture) = material.base_color_texture {
-        alpha *= textures.alpha(texture, mix2(vertices.map(|v| scene.uvs[v]), weights));
-    }
-    alpha >= cutoff
-}
-
-/// What is known about alpha between three points of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct AlphaBetween {
-    /// Whether the surface may be there somewhere; in doubt yes.
-    pub(crate) may_be_there: bool,
-    /// Whether they are so near each other that alpha hardly changes between them: within a texel
-    /// of the texture.
-    pub(crate) within_texel: bool,
-}
-
-/// Bounds alpha between three points of a triangle, given by their barycentric coordinates.
-pub(crate) fn alpha_between(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    material: &Material,
-    Drawn { object, triangle }: Drawn,
-    points: [DVec3; 3],
-) -> AlphaBetween {
-    let (Some(cutoff), Some(texture)) = (material.alpha.cutoff(), material.base_color_texture)
-    else {
-        return AlphaBetween {
-            may_be_there: true,
-            within_texel: true,
-        };
-    };
-    let vertices = scene.triangle_in(object, triangle).map(|v| v as usize);
-    let uvs = vertices.map(|v| scene.uvs[v]);
-    let points = points.map(|weights| mix2(uvs, weights.as_vec3().to_array()));
-    let min = points.into_iter().fold(Vec2::INFINITY, Vec2::min);
-    let max = points.into_iter().fold(Vec2::NEG_INFINITY, Vec2::max);
-    let vertex_alpha = vertices.map(|v| scene.colors[v].w);
-    let vertex_alpha = vertex_alpha.into_iter().fold(0.0, f32::max);
-    let bound = textures.alpha_bound(texture, [min, max]);
-    AlphaBetween {
-        // A little more, for rounding.
-        may_be_there: material.base_color.w * vertex_alpha * bound * 1.001 >= cutoff,
-        within_texel: ((max - min) * textures.size(texture)).max_element() < 1.0,
     }
 }
 

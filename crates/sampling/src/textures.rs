@@ -2,9 +2,10 @@
 
 use farfield_grid::Grid;
 use farfield_scene::{Filter, Image, Scene, Texture, Wrap};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec2, I64Vec2, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// A scene's images, with coarser levels of detail for those that are minified.
 ///
@@ -19,6 +20,8 @@ pub struct Textures<'a> {
     data: Vec<Vec<Level<'a>>>,
     /// Per image that masks: greatest alpha in blocks of texels, finest first; else empty.
     greatest_alpha: Vec<Vec<Grid<u8>>>,
+    /// The same of an image of one opaque texel.
+    opaque: [Grid<u8>; 1],
     linear: [f32; 256],
 }
 
@@ -75,6 +78,7 @@ impl<'a> Textures<'a> {
             color: pyramids(&minified[0], linear_from_srgb, srgb_from_linear),
             data: pyramids(&minified[1], |v| v, |v| v),
             greatest_alpha: greatest_alpha.collect(),
+            opaque: [Grid::filled(1, 1, u8::MAX)],
             linear,
         }
     }
@@ -99,46 +103,86 @@ impl<'a> Textures<'a> {
         })
     }
 
-    /// Alpha of a texture at `uv`, always at the finest level of detail: averaged alpha would
-    /// make thin leaves vanish or swell with distance.
-    pub(crate) fn alpha(&self, texture: u32, uv: Vec2) -> f32 {
-        let texture = &self.scene.textures[texture as usize];
-        let level = &self.color[texture.image as usize][0];
-        level
-            .sample(texture, uv, |texel| {
-                Vec4::splat(f32::from(texel[3]) / 255.0)
-            })
-            .w
-    }
-
-    /// Columns and rows of a texture at its finest level of detail.
-    pub(crate) fn size(&self, texture: u32) -> Vec2 {
-        let level = &self.color[self.scene.textures[texture as usize].image as usize][0];
-        Vec2::new(level.width as f32, level.height as f32)
-    }
-
-    /// A bound of the alpha of a masked texture anywhere between two corners in uv.
-    pub(crate) fn alpha_bound(&self, texture: u32, [min, max]: [Vec2; 2]) -> f32 {
-        let texture = &self.scene.textures[texture as usize];
-        let levels = &self.greatest_alpha[texture.image as usize];
-        let size = Vec2::new(levels[0].width() as f32, levels[0].height() as f32);
-        // Filters reach half a texel beyond; the rest is for rounding.
-        let (min, max) = (min * size - 0.51, max * size + 0.51);
-        let tile = (min / size).floor() * size;
-        let (min, max) = (min - tile, max - tile);
-        // What reaches over the border of the image is wrapped in one of several ways.
-        if tile != Vec2::ZERO && texture.wrap != [Wrap::Repeat; 2] || max.cmpge(size).any() {
-            return 1.0;
+    /// Alpha of a texture that masks, or of none, which is opaque; always at the finest level of
+    /// detail: averaged alpha would make thin leaves vanish or swell with distance.
+    pub(crate) fn alpha(&self, texture: Option<u32>) -> AlphaTexture<'_> {
+        let texture = texture.map(|i| &self.scene.textures[i as usize]);
+        match texture {
+            Some(texture) => AlphaTexture {
+                levels: &self.greatest_alpha[texture.image as usize],
+                wrap: texture.wrap,
+                reach: i64::from(texture.filter != Filter::Nearest),
+            },
+            None => AlphaTexture {
+                levels: &self.opaque,
+                wrap: [Wrap::ClampToEdge; 2],
+                reach: 0,
+            },
         }
+    }
+}
+
+/// Alpha of a texture, a bilinear function in each of its cells: the squares between the centres
+/// of four texels, or the texels where the filter takes the nearest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AlphaTexture<'a> {
+    levels: &'a [Grid<u8>],
+    wrap: [Wrap; 2],
+    /// Columns and rows from the first to the last texel of a cell: 0 or 1.
+    reach: i64,
+}
+
+impl AlphaTexture<'_> {
+    /// Where texture coordinates lie, in columns and rows of cells.
+    pub(crate) fn cell_at(&self, uv: Vec2) -> DVec2 {
+        let size = DVec2::from(self.size().map(f64::from));
+        let at = uv.as_dvec2() * size - 0.5 * self.reach as f64;
+        // Farther out single texels have no place in f32, and cells must have numbers.
+        let limit = DVec2::splat((1_u64 << 40) as f64);
+        at.clamp(-limit, limit)
+    }
+
+    /// Alpha at the corners of a cell, of 255, row by row.
+    pub(crate) fn cell(&self, I64Vec2 { x, y }: I64Vec2) -> [[u8; 2]; 2] {
+        let [width, height] = self.size();
+        let column = |x: i64| wrapped(x, width, self.wrap[0]) as usize;
+        let row = |y: i64| self.levels[0].row(wrapped(y, height, self.wrap[1]) as usize);
+        let (left, right) = (column(x), column(x + self.reach));
+        let (above, below) = (row(y), row(y + self.reach));
+        [[above[left], above[right]], [below[left], below[right]]]
+    }
+
+    /// A bound of alpha in the cells from a first to a last column and row, of 255: exact for one
+    /// cell.
+    pub(crate) fn greatest(&self, [first, last]: [I64Vec2; 2]) -> u8 {
+        let size = self.size();
+        let end = last + self.reach + 1;
+        let columns = wrapped_runs(first.x..end.x, size[0], self.wrap[0]);
+        let rows = wrapped_runs(first.y..end.y, size[1], self.wrap[1]);
         // Few blocks, but not much larger together than what is asked for.
-        let level = ((max - min).max_element() / 4.0).log2().ceil().max(0.0) as usize;
-        let level = level.min(levels.len() - 1);
-        let block = |texel: f32| texel as usize >> level;
-        let rows = block(min.y)..=block(max.y);
-        let greatest = rows
-            .flat_map(|y| &levels[level].row(y)[block(min.x)..=block(max.x)])
-            .max();
-        f32::from(greatest.copied().unwrap_or(0)) / 255.0
+        let longer = |runs: &[Range<usize>; 2]| runs[0].len().max(runs[1].len());
+        let longest = longer(&columns).max(longer(&rows));
+        let level = (longest - 1).checked_ilog2().unwrap_or(0).saturating_sub(1);
+        let blocks = |run: &Range<usize>| run.start >> level..run.end.div_ceil(1 << level);
+        let mut greatest = 0;
+        for rows in &rows {
+            for y in blocks(rows) {
+                let row = self.levels[level as usize].row(y);
+                for columns in &columns {
+                    for alpha in &row[blocks(columns)] {
+                        greatest = greatest.max(*alpha);
+                    }
+                }
+            }
+        }
+        greatest
+    }
+
+    fn size(&self) -> [u32; 2] {
+        [
+            self.levels[0].width() as u32,
+            self.levels[0].height() as u32,
+        ]
     }
 }
 
@@ -274,6 +318,7 @@ fn sample(
 fn wrapped(i: i64, size: u32, wrap: Wrap) -> u32 {
     let size = i64::from(size);
     let inside = match wrap {
+        _ if (0..size).contains(&i) => i,
         Wrap::ClampToEdge => i.clamp(0, size - 1),
         Wrap::Repeat => i.rem_euclid(size),
         Wrap::MirroredRepeat => {
@@ -282,6 +327,26 @@ fn wrapped(i: i64, size: u32, wrap: Wrap) -> u32 {
         }
     };
     inside as u32
+}
+
+/// The texels of `0..size` that a texture shows at a range of texel coordinates: two runs, the
+/// second often empty; in doubt all.
+fn wrapped_runs(texels: Range<i64>, size: u32, wrap: Wrap) -> [Range<usize>; 2] {
+    let all = size as usize;
+    let texel = |i: i64| wrapped(i, size, wrap) as usize;
+    let (first, last) = (texel(texels.start), texel(texels.end - 1));
+    let tile = |i: i64| i.div_euclid(i64::from(size));
+    let (tile, end) = (tile(texels.start), tile(texels.end - 1));
+    if wrap == Wrap::ClampToEdge || tile == end {
+        return [first.min(last)..first.max(last) + 1, 0..0];
+    }
+    match wrap {
+        _ if end - tile > 1 => [0..all, 0..0],
+        // Turns around at the last texel, or at the first.
+        Wrap::MirroredRepeat if tile % 2 == 0 => [first.min(last)..all, 0..0],
+        Wrap::MirroredRepeat => [0..first.max(last) + 1, 0..0],
+        _ => [first..all, 0..last + 1],
+    }
 }
 
 /// Linear intensity of an sRGB value in [0, 1] (IEC 61966-2-1).
@@ -304,7 +369,7 @@ pub fn srgb_from_linear(intensity: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use farfield_scene::Material;
+    use farfield_scene::{AlphaMode, Material};
     use proptest::prelude::*;
 
     fn scene(
@@ -371,10 +436,49 @@ mod tests {
         #[test]
         fn interpolates_between_texel_centres(u in 0.1..0.9f32, v in 0.1..0.9f32) {
             let ramp = scene(16, 16, Filter::Linear, |x, y| [0, 0, 0, (x * 10 + y) as u8]);
-            let alpha = Textures::new(&ramp).alpha(0, Vec2::new(u, v)) * 255.0;
+            let color = Textures::new(&ramp).color(0, Vec2::new(u, v), [Vec2::ZERO; 2]);
+            let alpha = color.w * 255.0;
             let expected = (u * 16.0 - 0.5) * 10.0 + v * 16.0 - 0.5;
             // Four products of numbers up to 255, in f32.
             prop_assert!((alpha - expected).abs() < 1e-3, "{alpha} is not {expected}");
+        }
+
+        /// The greatest alpha of some cells is no less than that of any of them, the same for a
+        /// single one, and comes from cells that are no farther away than the cells are long.
+        #[test]
+        fn greatest_alpha_is_a_near_bound(
+            (width, height, alpha) in (1..20u32, 1..20u32).prop_flat_map(|(width, height)| {
+                let mostly_clear = prop_oneof![9 => Just(0), 1 => 0..=255u8];
+                let alpha = prop::collection::vec(mostly_clear, (width * height) as usize);
+                (Just(width), Just(height), alpha)
+            }),
+            wrap in prop::array::uniform2(prop::sample::select(
+                vec![Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge])),
+            filter in prop::sample::select(vec![Filter::Nearest, Filter::Linear]),
+            first in prop::array::uniform2(-30..30i64),
+            count in prop::array::uniform2(0..12i64),
+        ) {
+            let mut leaf = scene(width, height, filter, |x, y| [0, 0, 0, alpha[(y * width + x) as usize]]);
+            leaf.textures[0].wrap = wrap;
+            leaf.materials[0].alpha = AlphaMode::Mask { cutoff: 0.5 };
+            let textures = Textures::new(&leaf);
+            let texture = textures.alpha(Some(0));
+            let greatest = |[first, last]: [I64Vec2; 2]| {
+                let cells = (first.y..=last.y).flat_map(|y| (first.x..=last.x).map(move |x| I64Vec2::new(x, y)));
+                cells.flat_map(|cell| texture.cell(cell).as_flattened().to_vec()).max().unwrap()
+            };
+            let first = I64Vec2::from(first);
+            prop_assert_eq!(texture.greatest([first, first]), greatest([first, first]));
+            let last = first + I64Vec2::from(count);
+            let found = texture.greatest([first, last]);
+            prop_assert!(found >= greatest([first, last]));
+            // Beyond its border a clamped texture is all border.
+            let near = |cell: I64Vec2| I64Vec2::from_array([0, 1].map(|axis| match wrap[axis] {
+                Wrap::ClampToEdge => cell[axis].clamp(0, i64::from([width, height][axis]) - 1),
+                _ => cell[axis],
+            }));
+            let length = count[0].max(count[1]) + 1;
+            prop_assert!(found <= greatest([near(first) - length, near(last) + length]));
         }
 
         /// Wrapped coordinates lie in the texture, repeat with its period (mirrored: twice that)
