@@ -41,9 +41,11 @@ pub struct VerifyReport {
 
     /// What is broken and where, a sentence each; empty where the promise holds.
     pub broken: Vec<String>,
+    /// Pixels whose colours were compared, in all views together.
+    pub compared_pixels: u64,
     /// Number that distinguishes these viewpoints from others.
     pub seed: u64,
-    /// The same of red, green and blue.
+    /// The bias of red, green and blue.
     pub colour_bias_rgb: [f64; 3],
     /// Mean structural similarity, 1 where pictures are equal.
     pub ssim_mean: f64,
@@ -157,6 +159,7 @@ pub(super) fn summarise(
         holds: false,
         broken: Vec::new(),
         seed: SEED,
+        compared_pixels: color.pixels,
         colour_bias_rgb: bias,
         ssim_mean: 1.0 - totals.ssim.mean(),
         coverage_change: totals.covered_by_impostor as f64 / covered - 1.0,

@@ -1,6 +1,7 @@
 //! What verify says on the terminal.
 
 use super::html::PromisedRow;
+use super::promise::is_judged;
 use super::report::VerifyReport;
 use super::totals::Totals;
 use crate::console::Console;
@@ -30,6 +31,7 @@ pub(super) fn promised_rows(report: &VerifyReport, promise: &Promise) -> Vec<Pro
     let levels = |n: f64| format!("{:.2}/255", n * 255.0);
     let plain = |n: f64| format!("{n:.4}");
     let whole = |n: Option<u64>| n.map(|n| n as f64);
+    let colour_bias = promise.colour_bias.filter(|_| is_judged(report));
     let mut rows = vec![
         row(
             "gap pixels",
@@ -49,12 +51,7 @@ pub(super) fn promised_rows(report: &VerifyReport, promise: &Promise) -> Vec<Pro
             whole(promise.phantom_pixels),
             count,
         ),
-        row(
-            "colour bias",
-            report.colour_bias,
-            promise.colour_bias,
-            levels,
-        ),
+        row("colour bias", report.colour_bias, colour_bias, levels),
         row(
             "coverage error",
             report.coverage_error,
