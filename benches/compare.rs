@@ -8,8 +8,8 @@ use crate::simplified::{Budget, Method, simplify};
 use farfield_bundle::{Body, GLTF_FILE, LayeredBody, cost};
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
-    Coverage, NONE, coverage, covered_in_any_sample, flip_errors, gap_pixels, layer_indices,
-    phantom_pixels,
+    Coverage, NONE, compared_region, coverage, covered_in_any_sample, flip_errors, gap_pixels,
+    layer_indices, phantom_pixels,
 };
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::Scene;
@@ -356,7 +356,7 @@ fn compare(
     let layers = |depth: &Grid<f64>| layer_indices(depth, camera, &layered.pose, &borders);
     let gaps = gap_pixels(&layers(&original.depth), &layers(&shown.depth));
     let is_hole = |[x, y]: &&[u32; 2]| shown.ids[(*x as usize, *y as usize)] == NONE;
-    let region = region(&original.ids, &shown.ids);
+    let region = compared_region(&original.ids, &shown.ids);
     let [before, after] = [original, shown].map(over_background);
     let flip = flip_errors(&before, &after, &region).errors;
     Figures {
@@ -367,25 +367,6 @@ fn compare(
         flip: flip.mean() * flip.count() as f64,
         region: region.count() as u64,
     }
-}
-
-/// Pixels covered by either picture, with their eight neighbours.
-fn region(a: &Grid<u32>, b: &Grid<u32>) -> BitMask {
-    let (width, height) = (a.width(), a.height());
-    let mut region = BitMask::empty(width, height);
-    for y in 0..height {
-        for x in 0..width {
-            if a[(x, y)] == NONE && b[(x, y)] == NONE {
-                continue;
-            }
-            for y in y.saturating_sub(1)..(y + 2).min(height) {
-                for x in x.saturating_sub(1)..(x + 2).min(width) {
-                    region.insert(x, y);
-                }
-            }
-        }
-    }
-    region
 }
 
 /// Writes what every row shows of one view.

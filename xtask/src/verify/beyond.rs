@@ -84,21 +84,13 @@ fn holds(subject: &Subject<'_>, promise: &Promise, eyes: &[DVec3]) -> bool {
 /// the axis of the layers.
 fn sees_all_before_it(subject: &Subject<'_>, eye: DVec3) -> bool {
     let camera = subject.camera(eye, 1);
-    let [min, max] = subject.represented;
     let nearest = subject.stack.layers.first().map_or(0.0, |layer| layer.near);
     let along = (eye - subject.reference().eye).dot(subject.reference().forward);
     along < nearest
-        && (0..8).all(|i| {
-            let side = |axis: usize| {
-                if i >> axis & 1 == 0 {
-                    min[axis]
-                } else {
-                    max[axis]
-                }
-            };
-            let corner = DVec3::new(side(0), side(1), side(2));
-            camera.pose.point_in_view(corner).z > 0.0
-        })
+        && subject
+            .corners()
+            .iter()
+            .all(|corner| camera.pose.point_in_view(*corner).z > 0.0)
 }
 
 /// The last value between `holds`, where something holds, and `end` at which it still does, as

@@ -314,26 +314,14 @@ fn plot(
     const HEIGHT: f64 = 320.0;
     const MARGIN: f64 = 16.0;
     let at = |point: DVec3| flat(subject.reference().point_in_view(point));
-    let [min, max] = subject.represented;
-    let corners: Vec<DVec2> = (0..8)
-        .map(|i| {
-            let side = |axis: usize| {
-                if i >> axis & 1 == 0 {
-                    min[axis]
-                } else {
-                    max[axis]
-                }
-            };
-            at(DVec3::new(side(0), side(1), side(2)))
-        })
-        .collect();
+    let corners = subject.corners().map(at);
     let eyes: Vec<DVec2> = dots.iter().map(|dot| at(dot.eye)).collect();
     let bounds = |points: &[DVec2]| {
         let low = points.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = points.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
         [low, high]
     };
-    let [low, high] = bounds(&[corners.clone(), eyes.clone()].concat());
+    let [low, high] = bounds(&[corners.as_slice(), &eyes].concat());
     let room = DVec2::new(WIDTH - 2.0 * MARGIN, HEIGHT - 2.0 * MARGIN);
     let scale = (room / (high - low).max(DVec2::splat(f64::MIN_POSITIVE))).min_element();
     let middle = (low + high) / 2.0;

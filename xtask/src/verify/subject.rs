@@ -85,6 +85,21 @@ impl<'a> Subject<'a> {
         (self.represented[0] + self.represented[1]) / 2.0
     }
 
+    /// Corners of what is represented, in the world.
+    pub(super) fn corners(&self) -> [DVec3; 8] {
+        let [min, max] = self.represented;
+        std::array::from_fn(|i| {
+            let side = |axis: usize| {
+                if i >> axis & 1 == 0 {
+                    min[axis]
+                } else {
+                    max[axis]
+                }
+            };
+            DVec3::new(side(0), side(1), side(2))
+        })
+    }
+
     /// The promised camera at a place, with its resolution divided.
     pub(super) fn camera(&self, eye: DVec3, divisor: u32) -> Camera {
         let resolution = (self.lens.resolution / divisor).max(1);
