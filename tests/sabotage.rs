@@ -387,7 +387,7 @@ fn a_dropped_layer_opens_gaps() {
     let report = bundle.verified(VIEWS);
     assert!(report.gap_pixels > 1000, "{:?}", report.broken);
     assert_broken(&report, &["gap pixels, promised at most 0", "view 0 at"]);
-    let named = format!("layer {layer} has 0 quads where the manifest says");
+    let named = format!("layer {layer} shows other texels than were baked, in 0 quads 0 texels");
     assert_broken(&report, &[&named]);
 }
 
@@ -407,7 +407,7 @@ fn a_dropped_layer_is_found_though_hardly_seen() {
         .filter(|quad| patches[*quad].layer != least)
         .collect();
     bundle.take_quads(&quads);
-    let named = format!("layer {least} has 0 quads where the manifest says");
+    let named = format!("layer {least} shows other texels than were baked, in 0 quads 0 texels");
     assert_broken(&bundle.verified(1), &[&named]);
 }
 
@@ -433,6 +433,19 @@ fn a_shifted_quad_opens_gaps_and_lies_beside_its_texels() {
     assert_broken(&report, &["gap pixels, promised at most 0"]);
     let named = format!("quad {quad}: its texels lie");
     assert_broken(&report, &[&named, "the layer's grid"]);
+}
+
+/// A quad that fits the grid is a sound quad, but not the one that was baked.
+#[test]
+fn a_quad_shifted_by_whole_texels_shows_other_texels() {
+    let mut bundle = good();
+    let quad = bundle.quad_at_a_seam();
+    let layer = bundle.patches()[quad].layer;
+    let to_the_right = bundle.patches()[quad].rect.right() < bundle.body().width;
+    let by = if to_the_right { 1.0 } else { -1.0 };
+    bundle.shift_quad(quad, DVec2::new(by, 0.0));
+    let named = format!("layer {layer} shows other texels than were baked");
+    assert_broken(&bundle.verified(1), &[&named]);
 }
 
 /// Seen from the reference viewpoint nothing changes: it is found from elsewhere.

@@ -90,7 +90,8 @@ fn number(text: &str) -> Result<f64, String> {
 /// The cell that `spec` names for a represented box, or the default one.
 ///
 /// By default a cube whose side is half the box's largest extent, its near face one extent before
-/// the +Z side, at the height of the centre.
+/// the +Z side, at the height of the centre, but not below the box's foot: nobody looks at a flat
+/// scene from under the ground.
 pub(crate) fn resolve(
     spec: Option<&ViewCellSpec>,
     [min, max]: [DVec3; 2],
@@ -100,10 +101,14 @@ pub(crate) fn resolve(
     let cell = match spec {
         None => {
             let extent = (max - min).max_element();
-            let z = max.z + 1.25 * extent;
+            let side = extent / 2.0;
             ViewCell::Box {
-                center: center.with_z(z),
-                size: DVec3::splat(extent / 2.0),
+                center: DVec3::new(
+                    center.x,
+                    center.y.max(min.y + side / 2.0),
+                    max.z + extent + side / 2.0,
+                ),
+                size: DVec3::splat(side),
             }
         }
         Some(&ViewCellSpec::Box { center, size }) => ViewCell::Box { center, size },
@@ -321,6 +326,18 @@ mod tests {
         };
         let cell = resolve(None, represented, &camera).unwrap();
         let (center, size) = (DVec3::new(0.0, 1.0, 14.0), DVec3::splat(4.0));
+        assert_eq!(cell, ViewCell::Box { center, size });
+    }
+
+    #[test]
+    fn the_default_cell_of_a_flat_scene_stands_on_the_ground() {
+        let represented = [DVec3::new(-4.0, 1.0, -4.0), DVec3::new(4.0, 2.0, 4.0)];
+        let camera = PromisedCamera {
+            fov: 0.8,
+            resolution: 512,
+        };
+        let cell = resolve(None, represented, &camera).unwrap();
+        let (center, size) = (DVec3::new(0.0, 3.0, 14.0), DVec3::splat(4.0));
         assert_eq!(cell, ViewCell::Box { center, size });
     }
 

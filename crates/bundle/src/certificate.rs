@@ -163,7 +163,7 @@ pub enum CertificateState {
 /// #     format: FORMAT.into(),
 /// #     version: VERSION,
 /// #     generator: Generator { name: "example".into(), version: "1.0".into() },
-/// #     technique: Technique::Layered { bytes_per_quad: 104.0, foliage: Foliage::Any },
+/// #     technique: Technique::Layered { bytes_per_quad: 104.0, page_size: 4096, foliage: Foliage::Any },
 /// #     options: Options { resolution: 512, fov_degrees: 45.0, view_cell: cell, exclude: vec![] },
 /// #     scene: SceneSource::BuiltIn { name: "house".into(), size: 1, seed: 0 },
 /// #     promise: Promise::default(),

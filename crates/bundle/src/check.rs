@@ -308,6 +308,7 @@ fn check_layered(body: &LayeredBody, place: &str) -> Checked {
                 layer.near
             )
         })?;
+        check_sha256(&layer.texels_sha256, format_args!("{place}.texels_sha256"))?;
         behind = layer.far;
     }
     require(

@@ -98,6 +98,7 @@ fn bodies() -> impl Strategy<Value = LayeredBody> {
                         depth: near + front,
                         far: near + front + back,
                         quads,
+                        texels_sha256: sha256_hex(&quads.to_le_bytes()),
                     };
                     depth = layer.far;
                     layer
@@ -178,7 +179,7 @@ fn promises() -> impl Strategy<Value = Promise> {
 /// Manifests that pass the check, as they are after writing a GLB file that is `x`.
 pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
     let foliage = prop_oneof![Just(Foliage::Any), Just(Foliage::Centre)];
-    let technique = (lengths(), foliage);
+    let technique = (lengths(), any::<u32>(), foliage);
     let options = (1..=65536u32, 1e-3..179.9f64, cells(), vec(texts(), 0..3));
     let rest = (sources(), promises(), costs(), costs(), vec(texts(), 0..3));
     (technique, options, rest, impostors()).prop_map(|(technique, options, rest, impostors)| {
@@ -201,7 +202,8 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
             },
             technique: Technique::Layered {
                 bytes_per_quad: technique.0,
-                foliage: technique.1,
+                page_size: technique.1,
+                foliage: technique.2,
             },
             options: Options {
                 resolution: options.0,
@@ -392,6 +394,7 @@ pub(crate) fn sample() -> Manifest {
         near: depth - 0.5,
         far: depth + 0.5,
         quads: 7,
+        texels_sha256: sha256_hex(b"texels"),
     };
     let impostor = |name: &str, depths: &[f64]| Impostor {
         name: name.into(),
@@ -415,6 +418,7 @@ pub(crate) fn sample() -> Manifest {
         },
         technique: Technique::Layered {
             bytes_per_quad: 104.0,
+            page_size: 4096,
             foliage: Foliage::Any,
         },
         options: Options {

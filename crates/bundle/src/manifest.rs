@@ -77,6 +77,8 @@ pub enum Technique {
     Layered {
         /// What a quad is thought to cost, in bytes, when quads are weighed against texels.
         bytes_per_quad: f64,
+        /// Longest side of an atlas page, in texels.
+        page_size: u32,
         /// How masked materials are recorded.
         foliage: Foliage,
     },
@@ -269,7 +271,7 @@ impl LayeredBody {
 
 /// A layer of a layered impostor. Depths are distances from the reference viewpoint along the
 /// view axis, in metres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerRecord {
     /// Where its quads are.
@@ -280,6 +282,11 @@ pub struct LayerRecord {
     pub far: f64,
     /// Number of its quads.
     pub quads: u32,
+    /// SHA-256 of where its opaque texels are, in lower-case hexadecimal digits: of column and row
+    /// of each, row by row from the top left, as 16-bit little-endian numbers. However quads are
+    /// cut, packed and ordered, a layer shows these texels.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub texels_sha256: String,
 }
 
 /// A file of a bundle.

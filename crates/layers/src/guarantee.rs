@@ -472,7 +472,8 @@ mod tests {
             let found = guarantee(&stack, &cell, house, &camera).unwrap();
             let slack = found.disparity / SAFE_DISPARITY;
             assert!((0.9..=1.0).contains(&slack), "{found:?}");
-            assert!((0.9..=1.0).contains(&found.parallax_px), "{found:?}");
+            // An eighth, and what tilted cameras magnify, is kept in reserve.
+            assert!((0.7..=0.875).contains(&found.parallax_px), "{found:?}");
             assert!(found.disparity_layer + 1 < stack.layers.len());
             assert!(found.smallest_texel_px > 0.4 && found.smallest_texel_px < 1.0);
             let larger = guarantee(&stack, &enlarged(&cell, 1.3), house, &camera).unwrap();

@@ -246,7 +246,7 @@ fn best_place(
         let precision = Precision {
             texel,
             disparity: SAFE_DISPARITY,
-            parallax: pixel,
+            parallax: SAFE_PARALLAX * pixel / tilt_magnification(axis, cell, represented),
         };
         let bounds = Bounds::of_points(&pose, box_corners(represented))?;
         let corners = corners_in_view(&pose, cell);
@@ -258,6 +258,29 @@ fn best_place(
         }
     }
     Ok(best.ok_or(StackError::TooManyLayers)?)
+}
+
+/// Share of a pixel that parallax may take: the rest is for what a camera between the cell's corners
+/// magnifies more than those in them.
+const SAFE_PARALLAX: f64 = 7.0 / 8.0;
+
+/// By how much a camera in a corner of the cell that looks at the centre of the box magnifies
+/// parallax within the box against an image plane parallel to the layers, at most; at least 1.
+///
+/// A point at y from the viewpoint, displaced a little along the layers, is seen displaced by
+/// |y| (y . n) / (y . f)^2 times as much in the tilted picture, n the layers' axis and f the
+/// camera's: it is (y . n) / (y . f) times as near along that axis, and seen |y| / (y . f) times as
+/// far from the middle. For a given f the greatest is at a corner of the box.
+fn tilt_magnification(axis: DVec3, cell: &ViewCell, represented: [DVec3; 2]) -> f64 {
+    let center = (represented[0] + represented[1]) / 2.0;
+    let corners = cell.corners();
+    let eyes = corners.iter().filter(|v| v.w > 0.0);
+    eyes.flat_map(|eye| box_corners(represented).map(move |corner| (eye.truncate(), corner)))
+        .map(|(eye, corner)| {
+            let (y, forward) = (corner - eye, (center - eye).normalize());
+            y.length() * y.dot(axis) / y.dot(forward).powi(2)
+        })
+        .fold(1.0, f64::max)
 }
 
 fn box_corners([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
@@ -314,6 +337,8 @@ fn check(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{cells_before_boxes, viewpoint, weights};
+    use farfield_views::Camera;
     use proptest::prelude::*;
 
     const CAMERA: PromisedCamera = PromisedCamera {
@@ -338,10 +363,12 @@ mod tests {
         let (cell, represented) = house(distance);
         let pose = Pose::looking_along(eye, DVec3::NEG_Z);
         let texel = texel_size(&pose, &cell, represented, CAMERA.pixel());
+        let parallax =
+            SAFE_PARALLAX * CAMERA.pixel() / tilt_magnification(DVec3::NEG_Z, &cell, represented);
         let precision = Precision {
             texel,
             disparity,
-            parallax: CAMERA.pixel(),
+            parallax,
         };
         let bounds = Bounds::of_points(&pose, box_corners(represented)).unwrap();
         stack(&pose, &bounds, &precision, &corners_in_view(&pose, &cell)).unwrap()
@@ -416,6 +443,71 @@ mod tests {
             DVec3::new(0.0, 0.0, best as f64 * 10.0 / 16.0)
         );
         assert!(best > 0, "{counts:?}");
+    }
+
+    /// How far from where it belongs a promised camera at `eye` sees a point of the represented box
+    /// that lies before the first or behind the last layer, in its own pixels.
+    fn tilted_parallax(
+        stack: &LayerStack,
+        represented: [DVec3; 2],
+        lens: &PromisedCamera,
+        eye: DVec3,
+        point: DVec3,
+    ) -> f64 {
+        let center = (represented[0] + represented[1]) / 2.0;
+        let camera = Camera::looking_at(eye, center, lens.fov, lens.resolution);
+        let [first, last] = [&stack.layers[0], &stack.layers[stack.layers.len() - 1]];
+        let point = stack.pose.point_in_view(point);
+        let shown = point * (point.z.clamp(first.depth, last.depth) / point.z);
+        let [a, b] = match point.z < first.depth || point.z > last.depth {
+            true => [point, shown],
+            false => [point; 2],
+        }
+        .map(|p| camera.pose.point_in_view(stack.pose.point_in_world(p)))
+        .map(|p| camera.pixel_from_view(p));
+        a.distance(b)
+    }
+
+    /// A truck right before a wide cell, from whose corners it is seen at a slant.
+    #[test]
+    fn tilted_cameras_near_a_truck_see_at_most_a_pixel_of_parallax() {
+        let cell = ViewCell::Box {
+            center: DVec3::new(0.0, 1.3, 9.0),
+            size: DVec3::new(3.0, 2.0, 3.0),
+        };
+        let represented = [
+            DVec3::new(-1.396, -0.069, -2.431),
+            DVec3::new(1.396, 2.584, 2.438),
+        ];
+        let stack = plan(&cell, represented, &CAMERA).unwrap();
+        let corners = cell.corners().map(|v| v.truncate());
+        let seen = corners.iter().flat_map(|eye| {
+            box_corners(represented)
+                .map(|point| tilted_parallax(&stack, represented, &CAMERA, *eye, point))
+        });
+        let most = seen.fold(0.0, f64::max);
+        assert!((0.8..=1.0).contains(&most), "{most} pixels");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// The promised camera anywhere in the cell sees what lies before the first or behind the
+        /// last layer at most a pixel from where it belongs, however it is tilted.
+        #[test]
+        fn a_tilted_camera_sees_at_most_a_pixel_of_parallax(
+            (cell, represented) in cells_before_boxes(),
+            weights in weights(),
+            at in prop::array::uniform3(0.0..=1.0f64),
+            resolution in 8..64u32,
+        ) {
+            let lens = PromisedCamera { resolution, ..CAMERA };
+            let Ok(stack) = plan(&cell, represented, &lens) else { return Ok(()) };
+            let Some(eye) = viewpoint(&cell.corners(), &weights) else { return Ok(()) };
+            let point = represented[0] + (represented[1] - represented[0]) * DVec3::from(at);
+            let seen = tilted_parallax(&stack, represented, &lens, eye, point);
+            prop_assert!(seen <= 1.0, "{seen} pixels");
+        }
     }
 
     #[test]

@@ -57,9 +57,9 @@ pub struct ParallaxErrors {
 /// * `meet` - given a direction in the world and a range of depths: the depth nearest to the
 ///   range at which the ray from the reference viewpoint meets the impostor. The direction's
 ///   length along the view axis is 1, so depths count lengths of it.
-/// * `nearest` - the least layer that the original shows in the 5 x 5 neighbourhood of a pixel,
-///   [`NONE`] where it shows nothing: looked at closely, because thin things fall between the
-///   pixels' centres. Asked only where the depths leave doubt.
+/// * `touches` - whether the original touches a layer or a nearer one in the 5 x 5 neighbourhood of
+///   a pixel: looked at closely, because thin things fall between the pixels' centres. Asked only
+///   to excuse an error above the limit.
 ///
 /// # Panics
 ///
@@ -71,7 +71,7 @@ pub fn parallax(
     recorded: &RecordedFrom<'_>,
     limit: f64,
     meet: impl Fn(DVec3, [f64; 2]) -> Option<f64>,
-    nearest: impl Fn([u32; 2]) -> u32,
+    touches: impl Fn([u32; 2], u32) -> bool,
 ) -> ParallaxErrors {
     let RecordedFrom {
         reference, borders, ..
@@ -91,17 +91,27 @@ pub fn parallax(
         let place = [x as u32, y as u32];
         let shown_at = |beside| displacement(camera, recorded, pixel, point, range, beside, &meet);
         let through = shown_at(DVec2::ZERO);
-        let met = match through {
-            Some((0.0, _)) => through,
-            _ if is_hidden(&layers, &shown, [x, y], &nearest) => {
-                result.hidden += 1;
-                continue;
-            }
-            _ => through
+        let is_there = through.is_some_and(|(beyond, _)| beyond == 0.0);
+        let nearer = match is_there {
+            true => None,
+            false => nearer_layer(&layers, &shown, [x, y]),
+        };
+        if nearer.is_some_and(|layer| shows(&layers, [x, y], layer)) {
+            result.hidden += 1;
+            continue;
+        }
+        let met = match is_there {
+            true => through,
+            false => through
                 .into_iter()
                 .chain(BESIDE.into_iter().filter_map(shown_at))
                 .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))),
         };
+        let is_above = met.is_none_or(|(_, error)| error > limit);
+        if is_above && nearer.is_some_and(|layer| touches(place, layer)) {
+            result.hidden += 1;
+            continue;
+        }
         let Some((_, error)) = met else {
             result.unmet.push(place);
             continue;
@@ -110,30 +120,27 @@ pub fn parallax(
         if result.worst.is_none_or(|(worst, _)| error > worst) {
             result.worst = Some((error, place));
         }
-        if error > limit {
+        if is_above {
             result.above.push(place);
         }
     }
     result
 }
 
-/// Whether the impostor shows a nearer layer at a pixel than the original does, but not a nearer
-/// one than the original shows close by. Of a steep surface that is any layer between.
-fn is_hidden(
-    layers: &Grid<u32>,
-    shown: &Grid<u32>,
-    [x, y]: [usize; 2],
-    nearest: impl Fn([u32; 2]) -> u32,
-) -> bool {
+/// Where the impostor shows a nearer layer at a pixel than the original does: the farthest that
+/// the original must have close by for that to be its silhouette. One behind what is shown will
+/// do, as surfaces reach over the borders of layers.
+fn nearer_layer(layers: &Grid<u32>, shown: &Grid<u32>, [x, y]: [usize; 2]) -> Option<u32> {
     let before = shown[(x, y)];
-    if before >= layers[(x, y)] {
-        return false;
-    }
+    (before < layers[(x, y)]).then(|| before.saturating_add(1))
+}
+
+/// Whether the original shows this layer or a nearer one in the 5 x 5 neighbourhood of a pixel.
+fn shows(layers: &Grid<u32>, [x, y]: [usize; 2], layer: u32) -> bool {
     let columns = x.saturating_sub(2)..(x + 3).min(layers.width());
-    let close_by = (y.saturating_sub(2)..(y + 3).min(layers.height()))
+    let mut close_by = (y.saturating_sub(2)..(y + 3).min(layers.height()))
         .flat_map(|y| &layers.row(y)[columns.clone()]);
-    let is_near = |nearest: u32| nearest <= before.saturating_add(1);
-    close_by.copied().any(is_near) || is_near(nearest([x as u32, y as u32]))
+    close_by.any(|shown| *shown <= layer)
 }
 
 /// The eight texels around one.
@@ -230,7 +237,7 @@ mod tests {
             let v = DVec3::from(v);
             let camera = camera(Pose { eye: reference.point_in_world(v), ..reference });
             let in_camera = Grid::from_cells(6, 4, depth.cells().iter().map(|z| z - v.z).collect());
-            let found = parallax(&in_camera, &in_camera, &camera, &recorded(), 0.5, middle, |_| NONE);
+            let found = parallax(&in_camera, &in_camera, &camera, &recorded(), 0.5, middle, |_, _| false);
             let mut expected = Vec::new();
             for y in 0..4 {
                 for x in 0..6 {
@@ -268,7 +275,7 @@ mod tests {
             let camera = camera(Pose::looking_along(recorded().reference.eye, axis));
             // Within the range but where asked, so that no ray beside is tried.
             let meet = |_: DVec3, [near, far]: [f64; 2]| Some((near + far * stretch) / (1.0 + stretch));
-            let found = parallax(&depth, &depth, &camera, &recorded(), 0.1, meet, |_| NONE);
+            let found = parallax(&depth, &depth, &camera, &recorded(), 0.1, meet, |_, _| false);
             prop_assert_eq!(found.errors.count() as usize, seen(&depth));
             prop_assert!(found.errors.max() < 1e-11, "{}", found.errors.max());
         }
@@ -285,7 +292,7 @@ mod tests {
             let mut shown = Grid::filled(6, 4, f64::INFINITY);
             shown[(x, y)] = 9.7;
             let post = |_: DVec3, _: [f64; 2]| Some(9.7);
-            let found = parallax(&depth, &shown, &camera, &recorded(), 0.0, post, |_| NONE);
+            let found = parallax(&depth, &shown, &camera, &recorded(), 0.0, post, |_, _| false);
             let hides = (x, y) != (0, 0) && x <= 2 && y <= 2;
             prop_assert_eq!(found.hidden, u64::from(hides));
             prop_assert_eq!(found.errors.count() + found.hidden, 24);
@@ -313,7 +320,7 @@ mod tests {
                 assert_eq!(range, [10.0, 10.5]);
                 (0..9).find(|i| ray.abs_diff_eq(ray_of(*i), 1e-9)).and_then(|i| met[i])
             };
-            let found = parallax(&depth, &depth, &camera, &recorded, 0.0, meet, |_| NONE);
+            let found = parallax(&depth, &depth, &camera, &recorded, 0.0, meet, |_, _| false);
             let error = |i: usize, depth: f64| {
                 let point = reference.eye + ray_of(i) * depth;
                 camera.pixel_from_view(camera.pose.point_in_view(point)).distance(pixel)
@@ -349,7 +356,7 @@ mod tests {
             &recorded(),
             1.0,
             |_, _| Some(7.0),
-            |_| NONE,
+            |_, _| false,
         );
         assert_eq!((found.unmet.len(), found.errors.count()), (24, 0));
         let found = parallax(
@@ -359,7 +366,7 @@ mod tests {
             &recorded(),
             1.0,
             |_, _| None,
-            |_| NONE,
+            |_, _| false,
         );
         assert_eq!((found.unmet.len(), found.worst), (24, None));
     }

@@ -41,6 +41,39 @@ pub fn compose_layer(
     layer
 }
 
+/// Column and row of each texel of a layer that its patches show at least half opaque, row by row
+/// from the top left, each once.
+///
+/// Memory follows the texels, whatever the size of the layer.
+///
+/// * `patches` - of this layer
+/// * `pages` - the images that the patches' pages are indices of
+///
+/// # Panics
+///
+/// When a patch reaches out of its page, or beyond column or row 65,535 of the layer.
+pub fn opaque_texels(patches: &[Patch], pages: &[Image]) -> Vec<[u16; 2]> {
+    let mut texels = Vec::new();
+    for Patch {
+        rect, page, x, y, ..
+    } in patches
+    {
+        let page = &pages[*page as usize];
+        for (row, column) in (0..rect.height).flat_map(|row| (0..rect.width).map(move |c| (row, c)))
+        {
+            let shown = (y + GUTTER + row) as usize * page.width as usize;
+            if page.texels[shown + (x + GUTTER + column) as usize][3] >= 128 {
+                let at = [rect.x + column, rect.y + row];
+                texels
+                    .push(at.map(|i| u16::try_from(i).expect("layers have 65,536 texels a side")));
+            }
+        }
+    }
+    texels.sort_unstable_by_key(|[x, y]| (*y, *x));
+    texels.dedup();
+    texels
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +114,10 @@ mod tests {
                 let expected = if shown { [x as u8 * 8, y as u8 * 8, 7, 255] } else { [0; 4] };
                 prop_assert_eq!(composed[(x as usize, y as usize)], expected);
             }
+            let is_shown = |[x, y]: &[u16; 2]| composed[((*x).into(), (*y).into())][3] != 0;
+            let shown: Vec<[u16; 2]> =
+                (0..48).map(|i| [i % 8, i / 8]).filter(is_shown).collect();
+            prop_assert_eq!(opaque_texels(&patches, &images), shown);
         }
     }
 }

@@ -8,7 +8,7 @@ mod read_back;
 
 mod compose;
 
-pub use compose::compose_layer;
+pub use compose::{compose_layer, opaque_texels};
 pub use paint::{GUTTER, LayerTexels, Patch, blank_page, paint};
 pub use quads::{ALPHA_CUTOFF, quad_scene};
 pub use read_back::{Damage, QuadError, patches_of};

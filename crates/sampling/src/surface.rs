@@ -18,6 +18,21 @@ pub struct Hit {
     pub barycentric: [f32; 2],
 }
 
+impl Hit {
+    /// The point's position in the world, in metres.
+    ///
+    /// # Panics
+    ///
+    /// When the object or the triangle does not exist.
+    pub fn point_in_world(&self, scene: &Scene) -> DVec3 {
+        let corners = scene
+            .triangle_in(self.object, self.triangle)
+            .map(|vertex| scene.world_position(self.object, vertex));
+        let weights = weights(self).map(f64::from);
+        (0..3).map(|i| corners[i] * weights[i]).sum()
+    }
+}
+
 /// A material at a point, before any light; the channels of a relightable picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {

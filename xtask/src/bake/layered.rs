@@ -20,6 +20,7 @@ use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// What a layered impostor is made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +93,7 @@ pub(super) fn bake(
         extent: stack.extent,
         width,
         height,
-        layers: layer_records(&stack, &rects),
+        layers: layer_records(&stack, &rects, &visible),
         texels_recorded: recording.samples.len() as u64,
         texels_kept: visible.samples.len() as u64,
     };
@@ -182,16 +183,31 @@ pub fn cull(recording: &Recording, width: u32, height: u32) -> Recording {
 }
 
 /// The layers as the manifest describes them.
-fn layer_records(stack: &LayerStack, rects: &[Vec<Rect>]) -> Vec<LayerRecord> {
-    let layers = stack.layers.iter().zip(rects);
+fn layer_records(stack: &LayerStack, rects: &[Vec<Rect>], visible: &Recording) -> Vec<LayerRecord> {
+    let positions = |run: &Range<usize>| -> Vec<[u16; 2]> {
+        let samples = &visible.samples[run.clone()];
+        samples.iter().map(|sample| [sample.x, sample.y]).collect()
+    };
+    let layers = stack.layers.iter().zip(rects).zip(&visible.layers);
     layers
-        .map(|(layer, rects)| LayerRecord {
+        .map(|((layer, rects), run)| LayerRecord {
             depth: layer.depth,
             near: layer.near,
             far: layer.far,
             quads: rects.len() as u32,
+            texels_sha256: texels_sha256(&positions(run)),
         })
         .collect()
+}
+
+/// The checksum of where a layer has texels, given row by row, as the manifest states it.
+pub(crate) fn texels_sha256(positions: &[[u16; 2]]) -> String {
+    let bytes: Vec<u8> = positions
+        .as_flattened()
+        .iter()
+        .flat_map(|number| number.to_le_bytes())
+        .collect();
+    farfield_bundle::sha256_hex(&bytes)
 }
 
 /// Sizes of the pages, and where each rectangle lies on them, sorted by page.

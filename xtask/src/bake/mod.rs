@@ -127,6 +127,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         generator: crate::generator(),
         technique: Technique::Layered {
             bytes_per_quad: options.bytes_per_quad,
+            page_size: options.page_size,
             foliage: Foliage::Any,
         },
         options: Options {

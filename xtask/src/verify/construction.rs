@@ -2,10 +2,11 @@
 //! a client reads it.
 
 use super::subject::Subject;
-use crate::bake::layered::recording_camera;
+use crate::bake::layered::{recording_camera, texels_sha256};
 use farfield_bundle::ProvedBound;
 use farfield_layers::guarantee;
-use farfield_pages::{Patch, patches_of};
+use farfield_pages::{Patch, opaque_texels, patches_of};
+use rayon::prelude::*;
 
 /// What was proved, and what stands against it.
 pub(super) struct Construction {
@@ -77,7 +78,7 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Construction {
     let camera = recording_camera(&subject.stack);
     let patches = match patches_of(subject.impostor.scene, &camera, &depths) {
         Ok(patches) => {
-            faults.extend(miscounted(&patches, &subject.quads));
+            faults.extend(other_texels(&patches, subject));
             patches
         }
         Err(error) => {
@@ -92,19 +93,29 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Construction {
     }
 }
 
-/// Layers that have fewer or more quads than the manifest says, a sentence about the first. What a
-/// layer lacks need not open a gap in any of the views.
-fn miscounted(patches: &[Patch], expected: &[u32]) -> Option<String> {
-    let mut found = vec![0; expected.len()];
+/// Layers that show other texels than were baked, a sentence about the first. What a layer lacks or
+/// shows elsewhere need not open a gap in any of the views.
+fn other_texels(patches: &[Patch], subject: &Subject<'_>) -> Option<String> {
+    let mut of_layer = vec![Vec::new(); subject.texels_sha256.len()];
     for patch in patches {
-        found[patch.layer as usize] += 1;
+        of_layer[patch.layer as usize].push(*patch);
     }
-    let mut wrong = (0..found.len()).filter(|layer| found[*layer] != expected[*layer]);
-    let first = wrong.next()?;
+    let pages = &subject.impostor.scene.images;
+    let found: Vec<_> = of_layer
+        .par_iter()
+        .map(|patches| opaque_texels(patches, pages))
+        .collect();
+    let is_wrong = |layer: &usize| texels_sha256(&found[*layer]) != subject.texels_sha256[*layer];
+    let wrong: Vec<_> = (0..found.len()).filter(is_wrong).collect();
+    let first = *wrong.first()?;
+    let others = match wrong.len() - 1 {
+        0 => String::new(),
+        1 => ", and so does another layer".into(),
+        more => format!(", and so do {more} other layers"),
+    };
     Some(format!(
-        "layer {first} has {} quads where the manifest says {}; {} other layers differ as well",
-        found[first],
-        expected[first],
-        wrong.count()
+        "layer {first} shows other texels than were baked, in {} quads {} texels{others}",
+        of_layer[first].len(),
+        found[first].len()
     ))
 }

@@ -31,8 +31,8 @@ pub(super) struct Subject<'a> {
     pub(super) tracer: Tracer,
     /// Where the layers are, as the manifest says.
     pub(super) stack: LayerStack,
-    /// Number of quads of each layer, as the manifest says.
-    pub(super) quads: Vec<u32>,
+    /// Checksum of where each layer has texels, as the manifest says.
+    pub(super) texels_sha256: Vec<&'a str>,
     /// Depths between the layers, from the reference viewpoint.
     pub(super) borders: Vec<f64>,
     pub(super) cell: ViewCell,
@@ -49,7 +49,7 @@ pub(super) const SEED: u64 = 0x7665_7269_6679;
 impl<'a> Subject<'a> {
     /// The one impostor of a bundle and its original.
     pub(super) fn new(
-        manifest: &Manifest,
+        manifest: &'a Manifest,
         original: &'a Scene,
         impostor: &'a Scene,
     ) -> Result<Self> {
@@ -63,12 +63,13 @@ impl<'a> Subject<'a> {
             represented, body, ..
         } = one;
         let Body::Layered(body) = body;
+        let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
             original: Side::new(original),
             impostor: Side::new(impostor),
             tracer: Tracer::new(impostor),
             stack: stack_of(body),
-            quads: body.layers.iter().map(|layer| layer.quads).collect(),
+            texels_sha256: checksums.collect(),
             borders: body.borders(),
             cell: manifest.options.view_cell,
             represented: *represented,

@@ -12,7 +12,6 @@ use farfield_sampling::{Lighting, Visibility, rasterize, record, shade};
 use farfield_views::Camera;
 use glam::DVec3;
 use std::cell::OnceCell;
-use std::ops::Range;
 
 /// Whether everything is where it should be in one view.
 pub(super) struct Geometry {
@@ -172,16 +171,19 @@ fn compare_geometry(
             &recorded,
             subject.most_parallax,
             meet,
-            |at| close_look.nearest(at),
+            |at, layer| close_look.touches(at, layer),
         ),
     }
 }
 
-/// The original's layers in 4 x 4 samples a pixel, where they are asked for.
+/// The nearest layers that the original has at pixels, where they are asked for.
 struct CloseLook<'a> {
     subject: &'a Subject<'a>,
     camera: &'a Camera,
-    strips: Vec<OnceCell<Grid<u32>>>,
+    /// Of samples, by strips of rows.
+    sampled: Vec<OnceCell<Grid<u32>>>,
+    /// Of everything, however thin.
+    touched: Vec<OnceCell<Grid<u32>>>,
 }
 
 /// Samples a pixel along each side.
@@ -189,44 +191,93 @@ const SAMPLES: u32 = 4;
 
 impl<'a> CloseLook<'a> {
     fn new(subject: &'a Subject<'a>, camera: &'a Camera) -> Self {
-        let strips = camera.height.div_ceil(TILE);
+        let strips = || vec![OnceCell::new(); camera.height.div_ceil(TILE) as usize];
         Self {
             subject,
             camera,
-            strips: (0..strips).map(|_| OnceCell::new()).collect(),
+            sampled: strips(),
+            touched: strips(),
         }
     }
 
-    /// The least layer in the 5 x 5 neighbourhood of a pixel.
-    fn nearest(&self, [x, y]: [u32; 2]) -> u32 {
-        let strip = y / TILE;
-        let rows =
-            (strip * TILE).saturating_sub(2)..((strip + 1) * TILE + 2).min(self.camera.height);
-        let layers = self.strips[strip as usize].get_or_init(|| self.layers(&rows));
-        let samples = |from: u32, to: u32| (from * SAMPLES) as usize..(to * SAMPLES) as usize;
-        let columns = samples(x.saturating_sub(2), (x + 3).min(self.camera.width));
-        let rows = samples(
-            y.saturating_sub(2) - rows.start,
-            (y + 3).min(rows.end) - rows.start,
-        );
-        rows.flat_map(|y| &layers.row(y)[columns.clone()])
-            .min()
-            .copied()
-            .unwrap_or(NONE)
+    /// Whether the original touches this layer or a nearer one in the 5 x 5 neighbourhood of a
+    /// pixel. Samples find most of what there is, and sooner.
+    fn touches(&self, at: [u32; 2], layer: u32) -> bool {
+        self.least(&self.sampled, at, sampled_layers) <= layer
+            || self.least(&self.touched, at, touched_layers) <= layer
     }
 
-    fn layers(&self, rows: &Range<u32>) -> Grid<u32> {
-        let window = self.camera.window(&(0..self.camera.width), rows);
-        let camera = Camera {
-            width: window.width * SAMPLES,
-            height: window.height * SAMPLES,
-            ..window
-        };
-        let original = &self.subject.original;
-        let seen = rasterize(original.scene, &original.textures, &camera);
-        let borders = &self.subject.borders;
-        layer_indices(&seen.depth, &camera, self.subject.reference(), borders)
+    /// The least layer in the 5 x 5 neighbourhood of a pixel.
+    fn least(
+        &self,
+        strips: &[OnceCell<Grid<u32>>],
+        [x, y]: [u32; 2],
+        look: impl Fn(&Subject<'_>, &Camera) -> Grid<u32>,
+    ) -> u32 {
+        let Camera { width, height, .. } = *self.camera;
+        let strip = y / TILE;
+        let first = (strip * TILE).saturating_sub(2);
+        let end = ((strip + 1) * TILE + 2).min(height);
+        let layers = strips[strip as usize].get_or_init(|| {
+            look(
+                self.subject,
+                &self.camera.window(&(0..width), &(first..end)),
+            )
+        });
+        let columns = x.saturating_sub(2) as usize..(x + 3).min(width) as usize;
+        let rows = y.saturating_sub(2) - first..(y + 3).min(end) - first;
+        let least = rows
+            .flat_map(|y| &layers.row(y as usize)[columns.clone()])
+            .min();
+        least.copied().unwrap_or(NONE)
     }
+}
+
+/// Per pixel the least layer that a sample of the original shows.
+fn sampled_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
+    let finer = Camera {
+        width: camera.width * SAMPLES,
+        height: camera.height * SAMPLES,
+        ..*camera
+    };
+    let Side { scene, textures } = &subject.original;
+    let seen = rasterize(scene, textures, &finer);
+    let samples = layer_indices(&seen.depth, &finer, subject.reference(), &subject.borders);
+    let mut least = Grid::filled(camera.width as usize, camera.height as usize, NONE);
+    let samples_a_side = SAMPLES as usize;
+    for y in 0..samples.height() {
+        for (x, layer) in samples.row(y).iter().enumerate() {
+            let at = &mut least[(x / samples_a_side, y / samples_a_side)];
+            *at = (*layer).min(*at);
+        }
+    }
+    least
+}
+
+/// Per pixel the least layer that the original touches, hidden or not.
+fn touched_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
+    let Side { scene, textures } = &subject.original;
+    let (reference, borders) = (subject.reference(), &subject.borders);
+    let inner = &borders[1..borders.len() - 1];
+    // Where the camera's axis meets the borders: about one slab a layer, so that what is recorded
+    // in a slab is about as near as anything there.
+    let along = camera.pose.forward.dot(reference.forward);
+    let before = (camera.pose.eye - reference.eye).dot(reference.forward);
+    let met = inner.iter().map(|border| (border - before) / along);
+    let slabs: Vec<f64> = std::iter::once(0.0)
+        .chain(met.filter(|depth| *depth > 0.0 && along > 0.0))
+        .chain([f64::INFINITY])
+        .collect();
+    let eye = [camera.pose.eye.extend(1.0)];
+    let touched = record(scene, textures, camera, &slabs, &eye);
+    let mut least = Grid::filled(camera.width as usize, camera.height as usize, NONE);
+    for sample in &touched.samples {
+        let depth = reference.point_in_view(sample.hit.point_in_world(scene)).z;
+        let layer = inner.partition_point(|border| *border <= depth) as u32;
+        let at = &mut least[(sample.x.into(), sample.y.into())];
+        *at = layer.min(*at);
+    }
+    least
 }
 
 /// Side of the tiles that suspects are looked at in, in pixels: bounds time and memory.
