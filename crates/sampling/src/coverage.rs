@@ -12,7 +12,7 @@ const DOUBT: f64 = 1.0 / (1 << 20) as f64;
 /// A convex polygon cut to a band is convex, so it touches the closed square of a texel exactly
 /// if this interval, taken between the square's upper and lower side, touches the square's. One
 /// point and two points are polygons too.
-pub(crate) fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64)> {
+fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64)> {
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut take = |x: f64| (min, max) = (min.min(x), max.max(x));
     for (i, &a) in polygon.iter().enumerate() {
@@ -32,21 +32,56 @@ pub(crate) fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64
     (min <= max).then_some((min, max))
 }
 
-/// The rows whose closed squares a polygon touches, within `0..height`.
-pub(crate) fn touched_rows(polygon: &[DVec2], height: usize) -> RangeInclusive<usize> {
-    let min = polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
-    let max = polygon
-        .iter()
-        .map(|p| p.y)
-        .fold(f64::NEG_INFINITY, f64::max);
-    touched(min, max, height)
+/// A convex polygon in texels, and its bounds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline<'a> {
+    corners: &'a [DVec2],
+    min: DVec2,
+    max: DVec2,
 }
 
-/// The columns of row `y` whose closed squares a polygon touches, within `0..width`.
-pub(crate) fn touched_columns(polygon: &[DVec2], y: usize, width: usize) -> RangeInclusive<usize> {
-    match span(polygon, y as f64 - DOUBT, (y + 1) as f64 + DOUBT) {
-        Some((min, max)) => touched(min, max, width),
-        None => NOTHING,
+impl<'a> Outline<'a> {
+    pub(crate) fn new(corners: &'a [DVec2]) -> Self {
+        let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (min, max) = corners.iter().fold(nothing, |(min, max), corner| {
+            (min.min(*corner), max.max(*corner))
+        });
+        Self { corners, min, max }
+    }
+
+    pub(crate) fn corners(&self) -> &'a [DVec2] {
+        self.corners
+    }
+
+    /// The rows whose closed squares the polygon touches, within `0..height`.
+    pub(crate) fn rows(&self, height: usize) -> RangeInclusive<usize> {
+        touched(self.min.y, self.max.y, height)
+    }
+
+    /// The columns of row `y`, one of its rows, whose closed squares the polygon touches, within
+    /// `0..width`.
+    pub(crate) fn columns(&self, y: usize, width: usize) -> RangeInclusive<usize> {
+        let (top, bottom) = (y as f64 - DOUBT, (y + 1) as f64 + DOUBT);
+        let in_bounds = touched(self.min.x, self.max.x, width);
+        // Small polygons mostly lie in one row or column, and their bounds say all.
+        let in_row = top <= self.min.y && self.max.y <= bottom;
+        if in_row || in_bounds.start() == in_bounds.end() {
+            return in_bounds;
+        }
+        match span(self.corners, top, bottom) {
+            Some((min, max)) => touched(min, max, width),
+            None => NOTHING,
+        }
+    }
+
+    /// The x interval of the polygon at a height, or `None` where it has none.
+    pub(crate) fn span_at(&self, y: f64) -> Option<(f64, f64)> {
+        (self.min.y <= y && y <= self.max.y).then(|| span(self.corners, y, y))?
+    }
+
+    /// Squared distance from a point to the bounds, no more than that to the polygon.
+    pub(crate) fn distance_squared(&self, point: DVec2) -> f64 {
+        point.distance_squared(point.clamp(self.min, self.max))
     }
 }
 
@@ -131,9 +166,10 @@ mod tests {
         #[test]
         fn touched_texels_are_those_whose_closed_squares_meet_the_polygon(polygon in polygons()) {
             let (width, height) = (9, 8);
-            let rows = touched_rows(&polygon, height);
+            let outline = Outline::new(&polygon);
+            let rows = outline.rows(height);
             for y in 0..height {
-                let columns = touched_columns(&polygon, y, width);
+                let columns = if rows.contains(&y) { outline.columns(y, width) } else { NOTHING };
                 for x in 0..width {
                     let found = rows.contains(&y) && columns.contains(&x);
                     if touches(&polygon, x, y) {

@@ -4,6 +4,7 @@ use farfield_scene::Scene;
 use farfield_views::{Camera, Extent, Pose};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// One triangle of one object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,14 +13,61 @@ pub(crate) struct Drawn {
     pub(crate) triangle: u32,
 }
 
-/// All triangles of all objects, objects first.
-pub(crate) fn all_drawn(scene: &Scene) -> Vec<Drawn> {
-    (0..scene.objects.len() as u32)
-        .flat_map(|object| {
-            let triangles = scene.mesh_of(object).triangles.clone();
-            triangles.map(move |triangle| Drawn { object, triangle })
+/// Consecutive triangles of one object.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub(crate) object: u32,
+    pub(crate) triangles: Range<u32>,
+}
+
+/// Triangles that one thread sets up at a time.
+const RUN: u32 = 4096;
+
+/// Triangles that are set up before they are drawn: bounds the memory for those that are, which
+/// may be drawn many times as objects of one mesh, while the next ones wait.
+const BATCH: u32 = 1 << 17;
+
+/// All triangles of all objects, objects first, in batches of runs.
+pub(crate) fn batches(scene: &Scene) -> impl Iterator<Item = Vec<Run>> {
+    let mut runs = (0..scene.objects.len() as u32).flat_map(|object| {
+        let Range { start, end } = scene.mesh_of(object).triangles;
+        (start..end).step_by(RUN as usize).map(move |first| Run {
+            object,
+            triangles: first..end.min(first.saturating_add(RUN)),
         })
-        .collect()
+    });
+    std::iter::from_fn(move || {
+        let mut batch = Vec::new();
+        let mut rest = BATCH;
+        while rest > 0
+            && let Some(run) = runs.next()
+        {
+            rest = rest.saturating_sub(run.triangles.len() as u32);
+            batch.push(run);
+        }
+        (!batch.is_empty()).then_some(batch)
+    })
+}
+
+/// The triangles of a run, and their corners as [`corners_in_view`] gives them.
+pub(crate) fn run_in_view(
+    scene: &Scene,
+    pose: &Pose,
+    run: &Run,
+) -> impl Iterator<Item = (Drawn, [DVec3; 3])> {
+    let object = run.object;
+    let world_from_mesh = scene.objects[object as usize].world_from_mesh;
+    let mirrored = scene.objects[object as usize].is_mirrored();
+    let pose = *pose;
+    run.triangles.clone().map(move |triangle| {
+        let [a, b, c] = scene.triangles[triangle as usize];
+        let vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+        let corners = vertices.map(|vertex| {
+            let in_mesh = scene.positions[vertex as usize].as_dvec3();
+            pose.point_in_view(world_from_mesh.transform_point3(in_mesh))
+        });
+        (Drawn { object, triangle }, corners)
+    })
 }
 
 /// Corners of a triangle in view space, counter-clockwise seen from the front.
@@ -42,8 +90,7 @@ pub(crate) fn corners_in_view(scene: &Scene, pose: &Pose, drawn: Drawn) -> [DVec
 ///
 /// When a vertex does not lie before the pose.
 pub fn seen_bounds(scene: &Scene, pose: &Pose) -> Option<(Extent, [f64; 2])> {
-    let bounds = |drawn: &Drawn| {
-        let points = corners_in_view(scene, pose, *drawn);
+    let bounds = |(drawn, points): (Drawn, [DVec3; 3])| {
         assert!(
             points.iter().all(|point| point.z > 0.0),
             "triangle {} of object {} does not lie before the viewer",
@@ -56,10 +103,13 @@ pub fn seen_bounds(scene: &Scene, pose: &Pose) -> Option<(Extent, [f64; 2])> {
             .map(|p| [p, p]);
         bounds.into_iter().reduce(enclose).unwrap_or_default()
     };
-    let [min, max] = all_drawn(scene)
-        .par_iter()
-        .map(bounds)
-        .reduce_with(enclose)?;
+    let of_batch = |batch: Vec<Run>| {
+        batch
+            .par_iter()
+            .filter_map(|run| run_in_view(scene, pose, run).map(bounds).reduce(enclose))
+            .reduce_with(enclose)
+    };
+    let [min, max] = batches(scene).filter_map(of_batch).reduce(enclose)?;
     let extent = Extent {
         min: min.truncate(),
         max: max.truncate(),

@@ -10,7 +10,9 @@ mod light;
 
 mod rasterize;
 
+mod contest;
 mod coverage;
+mod piece;
 mod record;
 
 mod trace;

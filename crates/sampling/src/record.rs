@@ -1,16 +1,17 @@
 //! The conservative one-pass layer recorder.
 
-use crate::coverage::{nearest_on_border, span, touched_columns, touched_rows};
-use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
+use crate::contest::{Contest, Rank};
+use crate::coverage::{Outline, nearest_on_border};
+use crate::geometry::{Interpolation, batches, run_in_view};
 use crate::masked::{Masked, cut_to_side};
+use crate::piece::{Corner, Piece, Viewpoint, cut_to_slab, whole};
 use crate::surface::Hit;
 use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
 use farfield_grid::BitMask;
-use farfield_scene::{Material, Scene};
+use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
-use std::cmp::Ordering;
 use std::ops::Range;
 
 /// What a texel of a layer shows.
@@ -130,144 +131,39 @@ pub fn record(
         borders.len()
     );
     let pose = &camera.pose;
-    let cell: Vec<DVec4> = cell
-        .iter()
-        .map(|v| (pose.view_from_world() * (v.truncate() - pose.eye * v.w)).extend(v.w))
+    let cell: Vec<Viewpoint> = cell.iter().map(|v| Viewpoint::new(pose, *v)).collect();
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let mut bands: Vec<Band> = (0..height)
+        .step_by(BAND)
+        .map(|top| Band::new(top..height.min(top + BAND), width, borders.len() - 1))
         .collect();
-    let pieces: Vec<Piece> = all_drawn(scene)
-        .par_chunks(4096)
-        .flat_map_iter(|chunk| {
-            chunk
-                .iter()
-                .filter_map(|d| piece(scene, camera, borders, &cell, *d))
-        })
-        .collect();
-    let mut bins = vec![Vec::new(); (camera.height as usize).div_ceil(BAND)];
-    for (i, piece) in pieces.iter().enumerate() {
-        let bands = piece.rows.start / BAND..piece.rows.end.div_ceil(BAND);
-        bins[bands]
-            .iter_mut()
-            .for_each(|bin: &mut Vec<u32>| bin.push(i as u32));
-    }
-    let bands: Vec<Recording> = bins
-        .into_par_iter()
-        .enumerate()
-        .map(|(band, bin)| {
-            let rows = band * BAND..((band + 1) * BAND).min(camera.height as usize);
-            record_band(
-                scene,
-                textures,
-                camera,
-                borders,
-                rows,
-                bin.iter().map(|i| &pieces[*i as usize]),
-            )
-        })
-        .collect();
-    stacked(&bands, borders.len() - 1)
-}
-
-/// A triangle and what it can touch.
-#[derive(Clone, Debug)]
-struct Piece {
-    drawn: Drawn,
-    rows: Range<usize>,
-    layers: Range<usize>,
-    /// Whether the camera sees its front, or its back is as good.
-    front: bool,
-}
-
-/// `None` where no viewpoint of the cell can see the triangle, or the camera's extent misses it.
-fn piece(
-    scene: &Scene,
-    camera: &Camera,
-    borders: &[f64],
-    cell: &[DVec4],
-    drawn: Drawn,
-) -> Option<Piece> {
-    let corners = corners_in_view(scene, &camera.pose, drawn);
-    let [a, b, c] = corners;
-    assert!(
-        corners.iter().all(|corner| corner.z > 0.0),
-        "triangle {} of object {} does not lie before the camera",
-        drawn.triangle,
-        drawn.object
-    );
-    let normal = (b - a).cross(c - a);
-    let double_sided = material_of(scene, drawn).double_sided;
-    // In doubt it is seen: rounding of products of three lengths is far below 1e-12 of them.
-    let sees = |v: &DVec4| {
-        let doubt = 1e-12 * normal.length() * (v.truncate().length() + a.length() * v.w);
-        normal.dot(v.truncate() - a * v.w) > -doubt
-    };
-    if !double_sided && !cell.iter().any(sees) {
-        return None;
-    }
-    let texels = corners.map(|corner| camera.pixel_from_view(corner));
-    let rows = touched_rows(&texels, camera.height as usize);
-    let last = borders.len() - 2;
-    let (near, far) = (a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z));
-    // Slabs are closed: one that ends where the triangle begins holds a point of it.
-    let first = borders
-        .partition_point(|border| *border < near)
-        .saturating_sub(1)
-        .min(last);
-    let end = borders
-        .partition_point(|border| *border <= far)
-        .clamp(first + 1, last + 1);
-    (!rows.is_empty()).then(|| Piece {
-        drawn,
-        rows: *rows.start()..rows.end() + 1,
-        layers: first..end,
-        front: double_sided || normal.dot(a) <= 0.0,
-    })
-}
-
-fn material_of(scene: &Scene, drawn: Drawn) -> &Material {
-    &scene.materials[scene.triangle_materials[drawn.triangle as usize] as usize]
-}
-
-/// Records all layers of some rows.
-fn record_band<'a>(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    camera: &Camera,
-    borders: &[f64],
-    rows: Range<usize>,
-    pieces: impl Iterator<Item = &'a Piece>,
-) -> Recording {
-    let mut by_layer: Vec<(usize, &Piece)> = pieces
-        .flat_map(|piece| piece.layers.clone().map(move |layer| (layer, piece)))
-        .collect();
-    by_layer.sort_by_key(|(layer, _)| *layer);
-    let width = camera.width as usize;
-    let mut band = Band {
-        slots: vec![None; width * rows.len()],
-        touched: Vec::new(),
-        width,
-        rows,
-    };
-    let mut recording = Recording::default();
-    let mut rest = by_layer.as_slice();
-    for layer in 0..borders.len() - 1 {
-        let count = rest.iter().take_while(|(of, _)| *of == layer).count();
-        let slab = [borders[layer], borders[layer + 1]];
-        // The outermost slabs are open to the outside.
-        let near = if layer == 0 { 0.0 } else { slab[0] };
-        let far = if layer + 2 == borders.len() {
-            f64::INFINITY
-        } else {
-            slab[1]
-        };
-        for (_, piece) in &rest[..count] {
-            draw_piece(scene, textures, camera, piece, near..far, &mut band);
+    for batch in batches(scene) {
+        let pieces: Vec<Vec<Piece>> = batch
+            .par_iter()
+            .map(|run| {
+                let triangles = run_in_view(scene, pose, run);
+                triangles
+                    .filter_map(|(drawn, corners)| {
+                        Piece::new(scene, camera, borders, &cell, drawn, corners)
+                    })
+                    .collect()
+            })
+            .collect();
+        let mut bins = vec![Vec::new(); bands.len()];
+        for piece in pieces.iter().flatten() {
+            let bands = piece.rows.start / BAND..piece.rows.end.div_ceil(BAND);
+            bins[bands]
+                .iter_mut()
+                .for_each(|bin: &mut Vec<&Piece>| bin.push(piece));
         }
-        rest = &rest[count..];
-        let start = recording.samples.len();
-        band.drain_into(&mut recording.samples);
-        recording.layers.push(start..recording.samples.len());
+        bands.par_iter_mut().zip(bins).for_each(|(band, bin)| {
+            for piece in bin {
+                draw(scene, textures, camera, borders, piece, band);
+            }
+        });
     }
-    recording
+    let bands: Vec<Recording> = bands.into_par_iter().map(Band::into_recording).collect();
+    stacked(&bands, borders.len() - 1)
 }
 
 /// Puts bands of rows below each other, layer by layer.
@@ -286,178 +182,164 @@ fn stacked(bands: &[Recording], layers: usize) -> Recording {
     all
 }
 
-/// The texels of one layer in some rows, while they are contested.
+/// Some rows of all layers.
 struct Band {
-    slots: Vec<Option<(Rank, Sample)>>,
-    /// Slots that are set.
-    touched: Vec<usize>,
-    width: usize,
     rows: Range<usize>,
-}
-
-/// Who gives a texel its colour: the least.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Rank {
-    /// 0 front faces over the centre, 1 front faces beside it, 2 and 3 back faces alike.
-    class: u8,
-    /// Depth over the centre, squared distance to it in texels beside it.
-    distance: f64,
-}
-
-impl Rank {
-    fn is_better_than(&self, other: &Rank) -> bool {
-        let order = self
-            .class
-            .cmp(&other.class)
-            .then(self.distance.total_cmp(&other.distance));
-        order == Ordering::Less
-    }
+    width: usize,
+    contest: Contest,
+    /// Room for the pieces of a triangle, kept to spare allocations.
+    polygon: Vec<Corner>,
+    beyond_near: Vec<Corner>,
+    texels: Vec<DVec2>,
+    points: Vec<DVec3>,
 }
 
 impl Band {
-    fn drain_into(&mut self, samples: &mut Vec<Sample>) {
-        self.touched.sort_unstable();
-        for slot in self.touched.drain(..) {
-            samples.extend(self.slots[slot].take().map(|(_, sample)| sample));
+    fn new(rows: Range<usize>, width: usize, layers: usize) -> Self {
+        Self {
+            contest: Contest::new(width, rows.len(), layers),
+            rows,
+            width,
+            polygon: Vec::new(),
+            beyond_near: Vec::new(),
+            texels: Vec::new(),
+            points: Vec::new(),
         }
+    }
+
+    fn into_recording(self) -> Recording {
+        let mut recording = Recording::default();
+        for layer in 0..self.contest.layers() {
+            let start = recording.samples.len();
+            self.contest.for_each_in(layer, |x, y, rank, hit| {
+                recording.samples.push(Sample {
+                    x: x as u16,
+                    y: (self.rows.start + y) as u16,
+                    hit,
+                    occludes: rank.is_front(),
+                });
+            });
+            recording.layers.push(start..recording.samples.len());
+        }
+        recording
     }
 }
 
-/// A corner of a piece of a triangle.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// In view space.
-    point: DVec3,
-    /// Barycentric coordinates in the whole triangle.
-    weights: DVec3,
-}
-
-/// Cuts a triangle to a closed slab of depths; what remains is convex, with at most five corners,
-/// perhaps one point or a segment where the triangle only touches the slab.
-fn cut_to_slab(corners: [DVec3; 3], slab: &Range<f64>) -> Vec<Corner> {
-    let whole = [0, 1, 2].map(|i| Corner {
-        point: corners[i],
-        weights: DVec3::AXES[i],
-    });
-    let beyond_near = cut(&whole, slab.start, |z, border| z >= border);
-    cut(&beyond_near, slab.end, |z, border| z <= border)
-}
-
-fn cut(polygon: &[Corner], border: f64, keeps: fn(f64, f64) -> bool) -> Vec<Corner> {
-    let mut rest = Vec::with_capacity(5);
-    for (i, a) in polygon.iter().enumerate() {
-        let b = &polygon[(i + 1) % polygon.len()];
-        let kept = [a, b].map(|corner| keeps(corner.point.z, border));
-        if kept[0] {
-            rest.push(*a);
-        }
-        // A corner on the border is kept itself; it needs no cut point beside it.
-        if kept[0] != kept[1] && a.point.z != border && b.point.z != border {
-            rest.push(cut_point(a, b, border));
-        }
-    }
-    rest
-}
-
-/// Where an edge meets a border, the same bits from either end.
-fn cut_point(a: &Corner, b: &Corner, border: f64) -> Corner {
-    let ordered = a.point.to_array().partial_cmp(&b.point.to_array()) != Some(Ordering::Greater);
-    let (a, b) = if ordered { (a, b) } else { (b, a) };
-    let t = (border - a.point.z) / (b.point.z - a.point.z);
-    Corner {
-        point: (a.point + (b.point - a.point) * t).with_z(border),
-        weights: a.weights + (b.weights - a.weights) * t,
-    }
-}
-
-/// Contests every texel that a triangle touches within a slab.
-fn draw_piece(
+/// Contests every texel that a triangle touches, in every slab it crosses.
+fn draw(
     scene: &Scene,
     textures: &Textures<'_>,
     camera: &Camera,
+    borders: &[f64],
     piece: &Piece,
-    slab: Range<f64>,
     band: &mut Band,
 ) {
-    let Drawn { object, triangle } = piece.drawn;
+    let Band {
+        rows,
+        width,
+        contest,
+        polygon,
+        beyond_near,
+        texels,
+        points,
+    } = band;
     let masked = Masked::new(scene, textures, piece.drawn);
-    let corners = corners_in_view(scene, &camera.pose, piece.drawn);
-    let interpolation = Interpolation::new(camera, corners);
-    let polygon = cut_to_slab(corners, &slab);
-    let outline: Vec<DVec2> = polygon
-        .iter()
-        .map(|corner| camera.pixel_from_view(corner.point))
-        .collect();
-
-    let mut points = Vec::new();
-    let touched = touched_rows(&outline, camera.height as usize);
-    for y in band.rows.start.max(*touched.start())..band.rows.end.min(touched.end() + 1) {
-        let over_centers = span(&outline, y as f64 + 0.5, y as f64 + 0.5);
-        for x in touched_columns(&outline, y, band.width) {
-            let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-            let is_over = over_centers.is_some_and(|(min, max)| min <= center.x && center.x <= max);
-            let (mut weights, mut rank) = match interpolation {
-                Some(inside) if is_over => (
-                    inside.barycentric(center),
-                    Rank {
-                        class: 0,
-                        distance: inside.inverse_depth(center).recip(),
-                    },
-                ),
-                _ => {
-                    let (point, weights) = beside(&polygon, &outline, center);
-                    (
-                        weights,
-                        Rank {
-                            class: 1,
-                            distance: point.distance_squared(center),
-                        },
-                    )
-                }
-            };
-            rank.class += if piece.front { 0 } else { 2 };
-            let slot = (y - band.rows.start) * band.width + x;
-            let current = &mut band.slots[slot];
-            if current
-                .as_ref()
-                .is_some_and(|(best, _)| !rank.is_better_than(best))
-            {
-                continue;
-            }
-            if let Some(masked) = &masked
-                && !masked.is_there(weights)
-            {
-                // Something else of the texel is worth a search only while nothing occludes.
-                if current
-                    .as_ref()
-                    .is_some_and(|(_, best)| best.occludes || !piece.front)
+    // Most triangles of a dense mesh lie over no texel's centre and need none.
+    let mut interpolation = None;
+    for layer in piece.layers.clone() {
+        polygon.clear();
+        texels.clear();
+        if piece.layers.len() == 1 {
+            polygon.extend(whole(piece.corners));
+            texels.extend(piece.texels);
+        } else {
+            let slab = slab(borders, layer);
+            cut_to_slab(piece.corners, &slab, beyond_near, polygon);
+            let in_texels = |corner: &Corner| camera.pixel_from_view(corner.point);
+            texels.extend(polygon.iter().map(in_texels));
+        }
+        let outline = Outline::new(texels);
+        let touched = outline.rows(camera.height as usize);
+        for y in rows.start.max(*touched.start())..rows.end.min(touched.end() + 1) {
+            let over_centers = outline.span_at(y as f64 + 0.5);
+            for x in outline.columns(y, *width) {
+                let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let is_over =
+                    over_centers.is_some_and(|(min, max)| min <= center.x && center.x <= max);
+                let current = contest.claim_mut(layer, x, y - rows.start);
+                let beside_class = Rank::class(piece.front, false);
+                if !is_over
+                    && !current.may_lose_to(beside_class, || outline.distance_squared(center))
                 {
                     continue;
                 }
-                points.clear();
-                points.extend(polygon.iter().map(|corner| corner.weights));
-                let whole = 0..points.len();
-                let part = part_in_texel(camera, corners, &mut points, whole, center);
-                let Some(passing) = masked.some_point(&mut points, part) else {
-                    continue;
+                let inside = is_over
+                    .then(|| {
+                        *interpolation
+                            .get_or_insert_with(|| Interpolation::new(camera, piece.corners))
+                    })
+                    .flatten();
+                let (mut weights, mut rank) = match inside {
+                    Some(inside) => (
+                        inside.barycentric(center),
+                        Rank {
+                            class: Rank::class(piece.front, true),
+                            distance: inside.inverse_depth(center).recip(),
+                        },
+                    ),
+                    None => {
+                        let (point, weights) = beside(polygon, outline.corners(), center);
+                        (
+                            weights,
+                            Rank {
+                                class: beside_class,
+                                distance: point.distance_squared(center),
+                            },
+                        )
+                    }
                 };
-                weights = passing;
-                rank.class |= 1;
-                let [a, b, c] = corners;
-                let point = a * weights.x + b * weights.y + c * weights.z;
-                rank.distance = camera.pixel_from_view(point).distance_squared(center);
-            }
-            let sample = Sample {
-                x: x as u16,
-                y: y as u16,
-                hit: hit(object, triangle, weights),
-                occludes: piece.front,
-            };
-            if current.replace((rank, sample)).is_none() {
-                band.touched.push(slot);
+                if !rank.is_better_than(&current.rank) {
+                    continue;
+                }
+                if let Some(masked) = &masked
+                    && !masked.is_there(weights)
+                {
+                    // Something else of the texel is worth a search only while nothing occludes.
+                    if current.rank.is_front() || (current.is_set() && !piece.front) {
+                        continue;
+                    }
+                    points.clear();
+                    points.extend(polygon.iter().map(|corner| corner.weights));
+                    let whole = 0..points.len();
+                    let part = part_in_texel(camera, piece.corners, points, whole, center);
+                    let Some(passing) = masked.some_point(points, part) else {
+                        continue;
+                    };
+                    weights = passing;
+                    let [a, b, c] = piece.corners;
+                    let point = a * weights.x + b * weights.y + c * weights.z;
+                    rank = Rank {
+                        class: beside_class,
+                        distance: camera.pixel_from_view(point).distance_squared(center),
+                    };
+                }
+                current.rank = rank;
+                current.hit = hit(piece.drawn.object, piece.drawn.triangle, weights);
             }
         }
     }
+}
+
+/// The depths that a layer holds: those between its borders, and of the outermost layers all that
+/// lie before or behind.
+fn slab(borders: &[f64], layer: usize) -> Range<f64> {
+    let near = if layer == 0 { 0.0 } else { borders[layer] };
+    let far = if layer + 2 == borders.len() {
+        f64::INFINITY
+    } else {
+        borders[layer + 1]
+    };
+    near..far
 }
 
 /// The point of a polygon nearest to a texel's centre beside it, in texels, and its barycentric
@@ -513,6 +395,7 @@ fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
 mod tests {
     use super::*;
     use crate::geometry::tests::soup;
+    use crate::geometry::{Drawn, corners_in_view};
     use crate::masked::tests::{leaves, margin};
     use farfield_scene::{AlphaMode, Filter};
     use farfield_views::{Extent, Pose};
@@ -677,7 +560,9 @@ mod tests {
             let cuts = |scene: &Scene, triangle: u32, layer: usize| {
                 let corners = corners_in_view(scene, &camera().pose, Drawn { object: 0, triangle });
                 let slab = BORDERS[layer]..BORDERS[layer + 1];
-                cut_to_slab(corners, &slab).into_iter()
+                let mut polygon = Vec::new();
+                cut_to_slab(corners, &slab, &mut Vec::new(), &mut polygon);
+                polygon.into_iter()
                     .filter(|corner| corner.point.z == BORDERS[1])
                     .map(|corner| corner.point.to_array().map(f64::to_bits)).collect::<Vec<_>>()
             };
