@@ -49,6 +49,10 @@ impl Claim {
         },
     };
 
+    pub(crate) fn new(rank: Rank, hit: Hit) -> Self {
+        Self { rank, hit }
+    }
+
     pub(crate) fn is_set(&self) -> bool {
         self.rank.class < Rank::NOBODY.class
     }

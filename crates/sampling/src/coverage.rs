@@ -1,7 +1,7 @@
 //! Which texels a convex polygon touches, exactly and conservatively.
 
 use glam::DVec2;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 /// Doubt, in texels: a square that a polygon misses by less counts as touched. Far more than the
 /// rounding of coordinates of up to 2^16 texels (2^-37), far less than a texel.
@@ -74,9 +74,22 @@ impl<'a> Outline<'a> {
         }
     }
 
-    /// The x interval of the polygon at a height, or `None` where it has none.
-    pub(crate) fn span_at(&self, y: f64) -> Option<(f64, f64)> {
-        (self.min.y <= y && y <= self.max.y).then(|| span(self.corners, y, y))?
+    /// The columns of row `y` whose centres the polygon covers, within `0..width`.
+    pub(crate) fn centers_in(&self, y: usize, width: usize) -> Range<usize> {
+        let middle = y as f64 + 0.5;
+        if self.min.y <= middle
+            && middle <= self.max.y
+            && let Some((min, max)) = span(self.corners, middle, middle)
+        {
+            let [first, end] = [(min - 0.5).ceil(), (max - 0.5).floor() + 1.0];
+            return first.max(0.0) as usize..(end.max(0.0) as usize).min(width);
+        }
+        0..0
+    }
+
+    /// Whether the bounds hold the centre of a texel.
+    pub(crate) fn may_cover_centers(&self) -> bool {
+        (self.min - 0.5).ceil().cmple(self.max - 0.5).all()
     }
 
     /// Squared distance from a point to the bounds, no more than that to the polygon.

@@ -173,7 +173,8 @@ impl Interpolation {
         [self.per_x, self.per_y].map(|per| (per * sum - w * per.element_sum()) / (sum * sum))
     }
 
-    fn weights(&self, pixel: DVec2) -> DVec3 {
+    /// Barycentric coordinates over the depth, at pixel coordinates.
+    pub(crate) fn weights(&self, pixel: DVec2) -> DVec3 {
         self.origin + self.per_x * pixel.x + self.per_y * pixel.y
     }
 }

@@ -14,6 +14,7 @@ mod contest;
 mod coverage;
 mod piece;
 mod record;
+mod texel_search;
 
 mod trace;
 

@@ -16,8 +16,6 @@ pub(crate) struct Masked<'a> {
     cutoff: f32,
     /// Alpha of the vertices times that of the material.
     vertex_alpha: DVec3,
-    /// The least alpha of the texture, of 255, that can reach the cutoff; 256 if none can.
-    least_texel: u16,
     texture: AlphaTexture<'a>,
     /// Columns and rows of the texture's cells.
     at: [DVec3; 2],
@@ -34,14 +32,11 @@ impl<'a> Masked<'a> {
             .map(|v| v as usize);
         let alpha = vertices.map(|v| f64::from(scene.colors[v].w));
         let vertex_alpha = DVec3::from(alpha) * f64::from(material.base_color.w);
-        let greatest = vertex_alpha.max_element();
-        let reaches = |texel: &u16| (greatest * f64::from(*texel) / 255.0) as f32 >= cutoff;
         let texture = textures.alpha(material.base_color_texture);
         let at = vertices.map(|v| texture.cell_at(scene.uvs[v]));
         Some(Self {
             cutoff,
             vertex_alpha,
-            least_texel: (0..=255).find(reaches).unwrap_or(256),
             texture,
             at: [at.map(|p| p.x).into(), at.map(|p| p.y).into()],
         })
@@ -82,7 +77,7 @@ impl<'a> Masked<'a> {
         }
         let part = &points[polygon.clone()];
         let [first, last] = self.bounds(part, cells);
-        if u16::from(self.texture.greatest([first, last])) < self.least_texel {
+        if !self.reaches(self.texture.greatest([first, last])) {
             return None;
         }
         let middle = part.iter().sum::<DVec3>() / part.len() as f64;
@@ -149,7 +144,20 @@ impl<'a> Masked<'a> {
         self.is_enough(best.0).then_some(best.1)
     }
 
-    fn position(&self, weights: DVec3) -> DVec2 {
+    /// Whether the surface may be there between two corners of a rectangle on the texture, in
+    /// columns and rows of cells.
+    pub(crate) fn may_be_in(&self, rectangle: [DVec2; 2]) -> bool {
+        let cells = rectangle.map(|corner| corner.floor().as_i64vec2());
+        self.reaches(self.texture.greatest(cells))
+    }
+
+    /// Whether alpha of the texture, of 255, can reach the cutoff.
+    fn reaches(&self, texel: u8) -> bool {
+        self.is_enough(self.vertex_alpha.max_element() * f64::from(texel) / 255.0)
+    }
+
+    /// Columns and rows of cells.
+    pub(crate) fn position(&self, weights: DVec3) -> DVec2 {
         DVec2::new(self.at[0].dot(weights), self.at[1].dot(weights))
     }
 
@@ -317,7 +325,7 @@ pub(crate) mod tests {
                     // On the border of two texels, but for rounding, either is the nearest.
                     Filter::Nearest => {
                         let around = [-DOUBT, DOUBT].map(|d| (masked.position(point) + d).floor().as_i64vec2());
-                        prop_assert!(u16::from(masked.texture.greatest(around)) >= masked.least_texel);
+                        prop_assert!(masked.reaches(masked.texture.greatest(around)));
                     }
                     _ => prop_assert!(margin(&scene, point) > -DOUBT),
                 }

@@ -19,6 +19,8 @@ pub(crate) struct Piece {
     pub(crate) texels: [DVec2; 3],
     pub(crate) rows: Range<usize>,
     pub(crate) layers: Range<usize>,
+    /// Whether it may lie over the centre of a texel.
+    pub(crate) may_cover_centers: bool,
     /// Whether the camera sees its front, or its back is as good.
     pub(crate) front: bool,
 }
@@ -72,7 +74,8 @@ impl Piece {
             return None;
         }
         let texels = corners.map(|corner| camera.pixel_from_view(corner));
-        let rows = Outline::new(&texels).rows(camera.height as usize);
+        let outline = Outline::new(&texels);
+        let rows = outline.rows(camera.height as usize);
         let last = borders.len() - 2;
         let (near, far) = (a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z));
         // Slabs are closed: one that ends where the triangle begins holds a point of it.
@@ -89,6 +92,7 @@ impl Piece {
             texels,
             rows: *rows.start()..rows.end() + 1,
             layers: first..end,
+            may_cover_centers: outline.may_cover_centers(),
             front: double_sided || normal.dot(a) <= 0.0,
         })
     }

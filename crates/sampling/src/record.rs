@@ -1,18 +1,19 @@
 //! The conservative one-pass layer recorder.
 
-use crate::contest::{Contest, Rank};
+use crate::contest::{Claim, Contest, Rank};
 use crate::coverage::{Outline, nearest_on_border};
-use crate::geometry::{Interpolation, batches, run_in_view};
-use crate::masked::{Masked, cut_to_side};
+use crate::geometry::{Drawn, Interpolation, batches, run_in_view};
+use crate::masked::Masked;
 use crate::piece::{Corner, Piece, Viewpoint, cut_to_slab, whole};
 use crate::surface::Hit;
+use crate::texel_search::TexelSearch;
 use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
 use farfield_grid::BitMask;
 use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// What a texel of a layer shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,6 +131,12 @@ pub fn record(
         "{} borders hold no layer",
         borders.len()
     );
+    let task = Task {
+        scene,
+        textures,
+        camera,
+        borders,
+    };
     let pose = &camera.pose;
     let cell: Vec<Viewpoint> = cell.iter().map(|v| Viewpoint::new(pose, *v)).collect();
     let (width, height) = (camera.width as usize, camera.height as usize);
@@ -157,8 +164,12 @@ pub fn record(
                 .for_each(|bin: &mut Vec<&Piece>| bin.push(piece));
         }
         bands.par_iter_mut().zip(bins).for_each(|(band, bin)| {
+            // Centres first: what lies beside them mostly loses, and is told by a glance then.
+            for piece in bin.iter().filter(|piece| piece.may_cover_centers) {
+                draw_over_centers(&task, piece, band);
+            }
             for piece in bin {
-                draw(scene, textures, camera, borders, piece, band);
+                draw_beside_centers(&task, piece, band);
             }
         });
     }
@@ -182,16 +193,20 @@ fn stacked(bands: &[Recording], layers: usize) -> Recording {
     all
 }
 
+/// What is recorded, and for whom.
+struct Task<'a> {
+    scene: &'a Scene,
+    textures: &'a Textures<'a>,
+    camera: &'a Camera,
+    borders: &'a [f64],
+}
+
 /// Some rows of all layers.
 struct Band {
     rows: Range<usize>,
     width: usize,
     contest: Contest,
-    /// Room for the pieces of a triangle, kept to spare allocations.
-    polygon: Vec<Corner>,
-    beyond_near: Vec<Corner>,
-    texels: Vec<DVec2>,
-    points: Vec<DVec3>,
+    part: Part,
 }
 
 impl Band {
@@ -200,10 +215,7 @@ impl Band {
             contest: Contest::new(width, rows.len(), layers),
             rows,
             width,
-            polygon: Vec::new(),
-            beyond_near: Vec::new(),
-            texels: Vec::new(),
-            points: Vec::new(),
+            part: Part::default(),
         }
     }
 
@@ -225,108 +237,135 @@ impl Band {
     }
 }
 
-/// Contests every texel that a triangle touches, in every slab it crosses.
-fn draw(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    camera: &Camera,
-    borders: &[f64],
-    piece: &Piece,
-    band: &mut Band,
-) {
-    let Band {
-        rows,
-        width,
-        contest,
-        polygon,
-        beyond_near,
-        texels,
-        points,
-    } = band;
-    let masked = Masked::new(scene, textures, piece.drawn);
-    // Most triangles of a dense mesh lie over no texel's centre and need none.
-    let mut interpolation = None;
+/// Claims the texels over whose centres a triangle lies, in every slab it crosses.
+fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
+    let Some(inside) = Interpolation::new(task.camera, piece.corners) else {
+        return;
+    };
+    let masked = Masked::new(task.scene, task.textures, piece.drawn);
+    let class = Rank::class(piece.front, true);
     for layer in piece.layers.clone() {
-        polygon.clear();
-        texels.clear();
-        if piece.layers.len() == 1 {
-            polygon.extend(whole(piece.corners));
-            texels.extend(piece.texels);
-        } else {
-            let slab = slab(borders, layer);
-            cut_to_slab(piece.corners, &slab, beyond_near, polygon);
-            let in_texels = |corner: &Corner| camera.pixel_from_view(corner.point);
-            texels.extend(polygon.iter().map(in_texels));
-        }
-        let outline = Outline::new(texels);
-        let touched = outline.rows(camera.height as usize);
-        for y in rows.start.max(*touched.start())..rows.end.min(touched.end() + 1) {
-            let over_centers = outline.span_at(y as f64 + 0.5);
-            for x in outline.columns(y, *width) {
-                let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-                let is_over =
-                    over_centers.is_some_and(|(min, max)| min <= center.x && center.x <= max);
-                let current = contest.claim_mut(layer, x, y - rows.start);
-                let beside_class = Rank::class(piece.front, false);
-                if !is_over
-                    && !current.may_lose_to(beside_class, || outline.distance_squared(center))
-                {
-                    continue;
-                }
-                let inside = is_over
-                    .then(|| {
-                        *interpolation
-                            .get_or_insert_with(|| Interpolation::new(camera, piece.corners))
-                    })
-                    .flatten();
-                let (mut weights, mut rank) = match inside {
-                    Some(inside) => (
-                        inside.barycentric(center),
-                        Rank {
-                            class: Rank::class(piece.front, true),
-                            distance: inside.inverse_depth(center).recip(),
-                        },
-                    ),
-                    None => {
-                        let (point, weights) = beside(polygon, outline.corners(), center);
-                        (
-                            weights,
-                            Rank {
-                                class: beside_class,
-                                distance: point.distance_squared(center),
-                            },
-                        )
-                    }
+        band.part.cut(task, piece, layer);
+        let outline = band.part.outline();
+        for y in within(outline.rows(task.camera.height as usize), &band.rows) {
+            for x in outline.centers_in(y, band.width) {
+                let center = center_of(x, y);
+                let rank = Rank {
+                    class,
+                    distance: inside.inverse_depth(center).recip(),
                 };
-                if !rank.is_better_than(&current.rank) {
+                let claim = band.contest.claim_mut(layer, x, y - band.rows.start);
+                if !rank.is_better_than(&claim.rank) {
                     continue;
                 }
-                if let Some(masked) = &masked
-                    && !masked.is_there(weights)
+                let weights = inside.barycentric(center);
+                if masked
+                    .as_ref()
+                    .is_none_or(|masked| masked.is_there(weights))
                 {
-                    // Something else of the texel is worth a search only while nothing occludes.
-                    if current.rank.is_front() || (current.is_set() && !piece.front) {
-                        continue;
-                    }
-                    points.clear();
-                    points.extend(polygon.iter().map(|corner| corner.weights));
-                    let whole = 0..points.len();
-                    let part = part_in_texel(camera, piece.corners, points, whole, center);
-                    let Some(passing) = masked.some_point(points, part) else {
-                        continue;
-                    };
-                    weights = passing;
-                    let [a, b, c] = piece.corners;
-                    let point = a * weights.x + b * weights.y + c * weights.z;
-                    rank = Rank {
-                        class: beside_class,
-                        distance: camera.pixel_from_view(point).distance_squared(center),
-                    };
+                    *claim = Claim::new(rank, hit(piece.drawn, weights));
                 }
-                current.rank = rank;
-                current.hit = hit(piece.drawn.object, piece.drawn.triangle, weights);
             }
         }
+    }
+}
+
+/// Claims what texels are left that a triangle touches, in every slab it crosses.
+fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
+    let camera = task.camera;
+    let masked = Masked::new(task.scene, task.textures, piece.drawn);
+    let mut search = masked
+        .as_ref()
+        .map(|masked| TexelSearch::new(camera, piece.corners, masked));
+    let class = Rank::class(piece.front, false);
+    for layer in piece.layers.clone() {
+        band.part.cut(task, piece, layer);
+        let outline = band.part.outline();
+        for y in within(outline.rows(camera.height as usize), &band.rows) {
+            // Opaque triangles have claimed what they lie over. Masked ones have tried the centre.
+            let tried = match &search {
+                Some(search) if search.sees_centers() => outline.centers_in(y, band.width),
+                _ => 0..0,
+            };
+            for x in outline.columns(y, band.width) {
+                let center = center_of(x, y);
+                let claim = band.contest.claim_mut(layer, x, y - band.rows.start);
+                if !claim.may_lose_to(class, || outline.distance_squared(center)) {
+                    continue;
+                }
+                if !tried.contains(&x) {
+                    let (point, weights) = beside(&band.part.polygon, outline.corners(), center);
+                    let rank = Rank {
+                        class,
+                        distance: point.distance_squared(center),
+                    };
+                    if !rank.is_better_than(&claim.rank) {
+                        continue;
+                    }
+                    if masked
+                        .as_ref()
+                        .is_none_or(|masked| masked.is_there(weights))
+                    {
+                        *claim = Claim::new(rank, hit(piece.drawn, weights));
+                        continue;
+                    }
+                }
+                // Something else of the texel is worth a search only while nothing occludes.
+                let Some(search) = &mut search else { continue };
+                if claim.rank.is_front() || (claim.is_set() && !piece.front) {
+                    continue;
+                }
+                if let Some(weights) = search.some_point(&band.part.polygon, center) {
+                    let [a, b, c] = piece.corners;
+                    let point = a * weights.x + b * weights.y + c * weights.z;
+                    let distance = camera.pixel_from_view(point).distance_squared(center);
+                    *claim = Claim::new(Rank { class, distance }, hit(piece.drawn, weights));
+                }
+            }
+        }
+    }
+}
+
+fn center_of(x: usize, y: usize) -> DVec2 {
+    DVec2::new(x as f64 + 0.5, y as f64 + 0.5)
+}
+
+fn within(touched: RangeInclusive<usize>, rows: &Range<usize>) -> Range<usize> {
+    rows.start.max(*touched.start())..rows.end.min(touched.end() + 1)
+}
+
+/// The part of a triangle that lies in a slab, and room to cut it.
+#[derive(Debug, Default)]
+struct Part {
+    polygon: Vec<Corner>,
+    /// The same in texels.
+    texels: Vec<DVec2>,
+    beyond_near: Vec<Corner>,
+}
+
+impl Part {
+    /// Cuts a triangle to the slab of a layer.
+    fn cut(&mut self, task: &Task<'_>, piece: &Piece, layer: usize) {
+        self.polygon.clear();
+        self.texels.clear();
+        if piece.layers.len() == 1 {
+            self.polygon.extend(whole(piece.corners));
+            self.texels.extend(piece.texels);
+            return;
+        }
+        let slab = slab(task.borders, layer);
+        cut_to_slab(
+            piece.corners,
+            &slab,
+            &mut self.beyond_near,
+            &mut self.polygon,
+        );
+        let in_texels = |corner: &Corner| task.camera.pixel_from_view(corner.point);
+        self.texels.extend(self.polygon.iter().map(in_texels));
+    }
+
+    fn outline(&self) -> Outline<'_> {
+        Outline::new(&self.texels)
     }
 }
 
@@ -356,37 +395,13 @@ fn beside(polygon: &[Corner], outline: &[DVec2], center: DVec2) -> (DVec2, DVec3
     )
 }
 
-/// The part of a polygon, a run of `points`, that lies in the texel around `center`; appended, as
-/// are others on the way to it.
-///
-/// * `corners` - of the triangle, in view space
-/// * `points` - barycentric coordinates
-fn part_in_texel(
-    camera: &Camera,
-    [a, b, c]: [DVec3; 3],
-    points: &mut Vec<DVec3>,
-    polygon: Range<usize>,
-    center: DVec2,
-) -> Range<usize> {
-    let [low, high] = [center - 0.5, center + 0.5].map(|p| camera.view_from_pixel(p, 1.0));
-    let [x, y, z] = [
-        DVec3::new(a.x, b.x, c.x),
-        DVec3::new(a.y, b.y, c.y),
-        DVec3::new(a.z, b.z, c.z),
-    ];
-    let sides = [x - z * low.x, z * high.x - x, y - z * low.y, z * high.y - y];
-    sides
-        .into_iter()
-        .fold(polygon, |part, side| cut_to_side(points, part, side))
-}
-
-fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
+fn hit(drawn: Drawn, weights: DVec3) -> Hit {
     // Rounding can leave the triangle by a hair; texture and alpha must not.
     let inside = weights.clamp(DVec3::ZERO, DVec3::ONE);
     let inside = inside / inside.element_sum();
     Hit {
-        object,
-        triangle,
+        object: drawn.object,
+        triangle: drawn.triangle,
         barycentric: [inside.y as f32, inside.z as f32],
     }
 }
@@ -394,8 +409,8 @@ fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::corners_in_view;
     use crate::geometry::tests::soup;
-    use crate::geometry::{Drawn, corners_in_view};
     use crate::masked::tests::{leaves, margin};
     use farfield_scene::{AlphaMode, Filter};
     use farfield_views::{Extent, Pose};
