@@ -94,6 +94,17 @@ impl Contest {
     }
 
     /// What texel (x, y) of a layer shows.
+    pub(crate) fn claim(&self, layer: usize, x: usize, y: usize) -> &Claim {
+        let place = self.places[layer].get(y / TILE * self.tiles_per_row + x / TILE);
+        match place {
+            Some(&place) if place != NONE => {
+                &self.tiles[place as usize][y % TILE * TILE + x % TILE]
+            }
+            _ => &Claim::NOBODY,
+        }
+    }
+
+    /// What texel (x, y) of a layer shows, to be changed.
     pub(crate) fn claim_mut(&mut self, layer: usize, x: usize, y: usize) -> &mut Claim {
         let places = &mut self.places[layer];
         if places.is_empty() {

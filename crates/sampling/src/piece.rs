@@ -17,8 +17,10 @@ pub(crate) struct Piece {
     pub(crate) corners: [DVec3; 3],
     /// The same in texels.
     pub(crate) texels: [DVec2; 3],
-    pub(crate) rows: Range<usize>,
-    pub(crate) layers: Range<usize>,
+    /// Columns and rows that its bounds touch.
+    pub(crate) columns: Range<u32>,
+    pub(crate) rows: Range<u32>,
+    pub(crate) layers: Range<u32>,
     /// Whether it may lie over the centre of a texel.
     pub(crate) may_cover_centers: bool,
     /// Whether the camera sees its front, or its back is as good.
@@ -52,6 +54,7 @@ impl Piece {
     /// # Panics
     ///
     /// When a corner does not lie before the camera.
+    #[inline]
     pub(crate) fn new(
         scene: &Scene,
         camera: &Camera,
@@ -73,9 +76,17 @@ impl Piece {
         if !double_sided && !is_seen(normal, a, cell) {
             return None;
         }
-        let texels = corners.map(|corner| camera.pixel_from_view(corner));
+        let texels = [
+            camera.pixel_from_view(a),
+            camera.pixel_from_view(b),
+            camera.pixel_from_view(c),
+        ];
         let outline = Outline::new(&texels);
+        let columns = outline.columns_of_bounds(camera.width as usize);
         let rows = outline.rows(camera.height as usize);
+        if columns.is_empty() || rows.is_empty() {
+            return None;
+        }
         let last = borders.len() - 2;
         let (near, far) = (a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z));
         // Slabs are closed: one that ends where the triangle begins holds a point of it.
@@ -86,15 +97,21 @@ impl Piece {
             .iter()
             .take_while(|border| **border <= far);
         let end = (before + up_to.count()).clamp(first + 1, last + 1);
-        (!rows.is_empty()).then(|| Self {
+        Some(Self {
             drawn,
             corners,
             texels,
-            rows: *rows.start()..rows.end() + 1,
-            layers: first..end,
+            columns: *columns.start() as u32..*columns.end() as u32 + 1,
+            rows: *rows.start() as u32..*rows.end() as u32 + 1,
+            layers: first as u32..end as u32,
             may_cover_centers: outline.may_cover_centers(),
             front: double_sided || normal.dot(a) <= 0.0,
         })
+    }
+
+    /// Its layers.
+    pub(crate) fn layers(&self) -> Range<usize> {
+        self.layers.start as usize..self.layers.end as usize
     }
 }
 
@@ -128,21 +145,29 @@ pub(crate) fn whole(corners: [DVec3; 3]) -> [Corner; 3] {
 /// Cuts a triangle to a closed slab of depths; what remains is convex, with at most five corners,
 /// perhaps one point or a segment where the triangle only touches the slab.
 ///
-/// * `beyond_near` - overwritten by what lies beyond the near border
-/// * `polygon` - overwritten by what lies in the slab
+/// * `borders` - near and far one of the slab, if it has one
+/// * `scratch`, `polygon` - overwritten, the latter by the result
 pub(crate) fn cut_to_slab(
     corners: [DVec3; 3],
-    slab: &Range<f64>,
-    beyond_near: &mut Vec<Corner>,
+    borders: [Option<f64>; 2],
+    scratch: &mut Vec<Corner>,
     polygon: &mut Vec<Corner>,
 ) {
-    cut(
-        &whole(corners),
-        slab.start,
-        |z, border| z >= border,
-        beyond_near,
-    );
-    cut(beyond_near, slab.end, |z, border| z <= border, polygon);
+    let whole = whole(corners);
+    let is_beyond = |z, border| z >= border;
+    let is_before = |z, border| z <= border;
+    match borders {
+        [None, None] => {
+            polygon.clear();
+            polygon.extend(whole);
+        }
+        [Some(near), None] => cut(&whole, near, is_beyond, polygon),
+        [None, Some(far)] => cut(&whole, far, is_before, polygon),
+        [Some(near), Some(far)] => {
+            cut(&whole, near, is_beyond, scratch);
+            cut(scratch, far, is_before, polygon);
+        }
+    }
 }
 
 fn cut(polygon: &[Corner], border: f64, keeps: fn(f64, f64) -> bool, rest: &mut Vec<Corner>) {

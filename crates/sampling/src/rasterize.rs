@@ -187,7 +187,12 @@ fn pixel_bounds(camera: &Camera, corners: [DVec3; 3]) -> Option<(Range<usize>, R
     }
     let (mut min, mut max) = (DVec2::ZERO, size);
     if corners.iter().all(|corner| corner.z > 0.0) {
-        let pixels = corners.map(|corner| camera.pixel_from_view(corner));
+        let [a, b, c] = corners;
+        let pixels = [
+            camera.pixel_from_view(a),
+            camera.pixel_from_view(b),
+            camera.pixel_from_view(c),
+        ];
         // A hair more than the rounding of the projection, of some 1e-12 pixels.
         min = pixels[0].min(pixels[1]).min(pixels[2]) - 1e-6;
         max = pixels[0].max(pixels[1]).max(pixels[2]) + 1e-6;

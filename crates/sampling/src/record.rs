@@ -158,7 +158,8 @@ pub fn record(
             .collect();
         let mut bins = vec![Vec::new(); bands.len()];
         for piece in pieces.iter().flatten() {
-            let bands = piece.rows.start / BAND..piece.rows.end.div_ceil(BAND);
+            let Range { start, end } = piece.rows;
+            let bands = start as usize / BAND..(end as usize).div_ceil(BAND);
             bins[bands]
                 .iter_mut()
                 .for_each(|bin: &mut Vec<&Piece>| bin.push(piece));
@@ -244,7 +245,7 @@ fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
     };
     let masked = Masked::new(task.scene, task.textures, piece.drawn);
     let class = Rank::class(piece.front, true);
-    for layer in piece.layers.clone() {
+    for layer in piece.layers() {
         band.part.cut(task, piece, layer);
         let outline = band.part.outline();
         for y in within(outline.rows(task.camera.height as usize), &band.rows) {
@@ -272,13 +273,19 @@ fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
 
 /// Claims what texels are left that a triangle touches, in every slab it crosses.
 fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
+    if piece.layers().all(|layer| is_settled(piece, layer, band)) {
+        return;
+    }
     let camera = task.camera;
     let masked = Masked::new(task.scene, task.textures, piece.drawn);
     let mut search = masked
         .as_ref()
         .map(|masked| TexelSearch::new(camera, piece.corners, masked));
     let class = Rank::class(piece.front, false);
-    for layer in piece.layers.clone() {
+    for layer in piece.layers() {
+        if is_settled(piece, layer, band) {
+            continue;
+        }
         band.part.cut(task, piece, layer);
         let outline = band.part.outline();
         for y in within(outline.rows(camera.height as usize), &band.rows) {
@@ -326,6 +333,27 @@ fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
     }
 }
 
+/// Whether a small triangle can claim no texel of a layer any more, whatever its class; found by
+/// the triangle's bounds, before it is cut. So end most triangles of a dense mesh.
+fn is_settled(piece: &Piece, layer: usize, band: &Band) -> bool {
+    let Piece { columns, rows, .. } = piece;
+    // Of longer ones the bounds hold much that they do not touch.
+    if columns.len().max(rows.len()) > 4 {
+        return false;
+    }
+    let class = Rank::class(piece.front, false);
+    let first = band.rows.start.max(rows.start as usize);
+    let end = band.rows.end.min(rows.end as usize);
+    (first..end).all(|y| {
+        columns.clone().all(|x| {
+            let center = center_of(x as usize, y);
+            let bound = || Outline::new(&piece.texels).distance_squared(center);
+            let claim = band.contest.claim(layer, x as usize, y - band.rows.start);
+            !claim.may_lose_to(class, bound)
+        })
+    })
+}
+
 fn center_of(x: usize, y: usize) -> DVec2 {
     DVec2::new(x as f64 + 0.5, y as f64 + 0.5)
 }
@@ -346,20 +374,18 @@ struct Part {
 impl Part {
     /// Cuts a triangle to the slab of a layer.
     fn cut(&mut self, task: &Task<'_>, piece: &Piece, layer: usize) {
-        self.polygon.clear();
         self.texels.clear();
         if piece.layers.len() == 1 {
+            self.polygon.clear();
             self.polygon.extend(whole(piece.corners));
             self.texels.extend(piece.texels);
             return;
         }
-        let slab = slab(task.borders, layer);
-        cut_to_slab(
-            piece.corners,
-            &slab,
-            &mut self.beyond_near,
-            &mut self.polygon,
-        );
+        // The first and the last slab reach as far as the triangle does.
+        let near = (layer > piece.layers().start).then(|| task.borders[layer]);
+        let far = (layer + 1 < piece.layers().end).then(|| task.borders[layer + 1]);
+        let scratch = &mut self.beyond_near;
+        cut_to_slab(piece.corners, [near, far], scratch, &mut self.polygon);
         let in_texels = |corner: &Corner| task.camera.pixel_from_view(corner.point);
         self.texels.extend(self.polygon.iter().map(in_texels));
     }
@@ -367,18 +393,6 @@ impl Part {
     fn outline(&self) -> Outline<'_> {
         Outline::new(&self.texels)
     }
-}
-
-/// The depths that a layer holds: those between its borders, and of the outermost layers all that
-/// lie before or behind.
-fn slab(borders: &[f64], layer: usize) -> Range<f64> {
-    let near = if layer == 0 { 0.0 } else { borders[layer] };
-    let far = if layer + 2 == borders.len() {
-        f64::INFINITY
-    } else {
-        borders[layer + 1]
-    };
-    near..far
 }
 
 /// The point of a polygon nearest to a texel's centre beside it, in texels, and its barycentric
@@ -574,9 +588,9 @@ mod tests {
             let [a, b, c, d] = [points[0], points[1], points[2], points[3]];
             let cuts = |scene: &Scene, triangle: u32, layer: usize| {
                 let corners = corners_in_view(scene, &camera().pose, Drawn { object: 0, triangle });
-                let slab = BORDERS[layer]..BORDERS[layer + 1];
+                let slab = [BORDERS[layer], BORDERS[layer + 1]].map(Some);
                 let mut polygon = Vec::new();
-                cut_to_slab(corners, &slab, &mut Vec::new(), &mut polygon);
+                cut_to_slab(corners, slab, &mut Vec::new(), &mut polygon);
                 polygon.into_iter()
                     .filter(|corner| corner.point.z == BORDERS[1])
                     .map(|corner| corner.point.to_array().map(f64::to_bits)).collect::<Vec<_>>()
