@@ -15,8 +15,6 @@ pub(crate) struct Piece {
     pub(crate) drawn: Drawn,
     /// In view space.
     pub(crate) corners: [DVec3; 3],
-    /// The same in texels.
-    pub(crate) texels: [DVec2; 3],
     /// Columns and rows that its bounds touch.
     pub(crate) columns: Range<u32>,
     pub(crate) rows: Range<u32>,
@@ -76,11 +74,7 @@ impl Piece {
         if !double_sided && !is_seen(normal, a, cell) {
             return None;
         }
-        let texels = [
-            camera.pixel_from_view(a),
-            camera.pixel_from_view(b),
-            camera.pixel_from_view(c),
-        ];
+        let texels = in_texels(camera, corners);
         let outline = Outline::new(&texels);
         let columns = outline.columns_of_bounds(camera.width as usize);
         let rows = outline.rows(camera.height as usize);
@@ -100,7 +94,6 @@ impl Piece {
         Some(Self {
             drawn,
             corners,
-            texels,
             columns: *columns.start() as u32..*columns.end() as u32 + 1,
             rows: *rows.start() as u32..*rows.end() as u32 + 1,
             layers: first as u32..end as u32,
@@ -109,16 +102,31 @@ impl Piece {
         })
     }
 
+    /// Its corners in texels: computed again where they are needed, which is rare, so that pieces
+    /// are small.
+    pub(crate) fn texels(&self, camera: &Camera) -> [DVec2; 3] {
+        in_texels(camera, self.corners)
+    }
+
     /// Its layers.
     pub(crate) fn layers(&self) -> Range<usize> {
         self.layers.start as usize..self.layers.end as usize
     }
 }
 
+fn in_texels(camera: &Camera, [a, b, c]: [DVec3; 3]) -> [DVec2; 3] {
+    [
+        camera.pixel_from_view(a),
+        camera.pixel_from_view(b),
+        camera.pixel_from_view(c),
+    ]
+}
+
 /// Whether a corner of the cell lies in front of the plane through `a`; in doubt it does: rounding
-/// of products of three lengths is far below 1e-12 of them.
+/// of products of three lengths is far below 1e-12 of them. Sums of coordinates stand for lengths.
 fn is_seen(normal: DVec3, a: DVec3, cell: &[Viewpoint]) -> bool {
-    let (unit, distance) = (1e-12 * normal.length(), a.length());
+    let length = |v: DVec3| v.abs().element_sum();
+    let (unit, distance) = (1e-12 * length(normal), length(a));
     cell.iter().any(|Viewpoint { point, length }| {
         let doubt = unit * (length + distance * point.w);
         normal.dot(point.truncate() - a * point.w) > -doubt

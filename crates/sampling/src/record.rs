@@ -273,7 +273,10 @@ fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
 
 /// Claims what texels are left that a triangle touches, in every slab it crosses.
 fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
-    if piece.layers().all(|layer| is_settled(piece, layer, band)) {
+    if piece
+        .layers()
+        .all(|layer| is_settled(task, piece, layer, band))
+    {
         return;
     }
     let camera = task.camera;
@@ -283,7 +286,7 @@ fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
         .map(|masked| TexelSearch::new(camera, piece.corners, masked));
     let class = Rank::class(piece.front, false);
     for layer in piece.layers() {
-        if is_settled(piece, layer, band) {
+        if is_settled(task, piece, layer, band) {
             continue;
         }
         band.part.cut(task, piece, layer);
@@ -335,7 +338,7 @@ fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
 
 /// Whether a small triangle can claim no texel of a layer any more, whatever its class; found by
 /// the triangle's bounds, before it is cut. So end most triangles of a dense mesh.
-fn is_settled(piece: &Piece, layer: usize, band: &Band) -> bool {
+fn is_settled(task: &Task<'_>, piece: &Piece, layer: usize, band: &Band) -> bool {
     let Piece { columns, rows, .. } = piece;
     // Of longer ones the bounds hold much that they do not touch.
     if columns.len().max(rows.len()) > 4 {
@@ -347,7 +350,7 @@ fn is_settled(piece: &Piece, layer: usize, band: &Band) -> bool {
     (first..end).all(|y| {
         columns.clone().all(|x| {
             let center = center_of(x as usize, y);
-            let bound = || Outline::new(&piece.texels).distance_squared(center);
+            let bound = || Outline::new(&piece.texels(task.camera)).distance_squared(center);
             let claim = band.contest.claim(layer, x as usize, y - band.rows.start);
             !claim.may_lose_to(class, bound)
         })
@@ -378,7 +381,7 @@ impl Part {
         if piece.layers.len() == 1 {
             self.polygon.clear();
             self.polygon.extend(whole(piece.corners));
-            self.texels.extend(piece.texels);
+            self.texels.extend(piece.texels(task.camera));
             return;
         }
         // The first and the last slab reach as far as the triangle does.
