@@ -140,3 +140,43 @@ impl Contest {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeMap;
+
+    proptest! {
+        /// Whatever is claimed stays, texel by texel, and comes out row by row, as a sorted map
+        /// tells; looking at a texel claims nothing.
+        #[test]
+        fn texels_hold_their_last_claim_and_come_row_by_row(
+            (width, height, claims) in (1..20usize, 1..17usize).prop_flat_map(|(width, height)| {
+                let claim = (0..3usize, 0..height, 0..width, 0..4u8, 0..9u32);
+                (Just(width), Just(height), prop::collection::vec(claim, 0..60))
+            }),
+        ) {
+            let mut contest = Contest::new(width, height, 3);
+            let mut expected = BTreeMap::new();
+            for (layer, y, x, class, triangle) in claims {
+                let rank = Rank { class, distance: 1.0 };
+                let hit = Hit { triangle, ..Claim::NOBODY.hit };
+                *contest.claim_mut(layer, x, y) = Claim::new(rank, hit);
+                expected.insert((layer, y, x), (class, triangle));
+            }
+            let mut found = Vec::new();
+            for layer in 0..contest.layers() {
+                contest.for_each_in(layer, |x, y, rank, hit| {
+                    found.push(((layer, y, x), (rank.class, hit.triangle)));
+                });
+                for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+                    let claim = contest.claim(layer, x, y);
+                    let shown = claim.is_set().then_some((claim.rank.class, claim.hit.triangle));
+                    prop_assert_eq!(shown, expected.get(&(layer, y, x)).copied());
+                }
+            }
+            prop_assert_eq!(found, expected.into_iter().collect::<Vec<_>>());
+        }
+    }
+}

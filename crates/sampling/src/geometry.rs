@@ -23,8 +23,9 @@ pub(crate) struct Run {
 /// Triangles that one thread sets up at a time.
 const RUN: u32 = 1024;
 
-/// Triangles that are set up before they are drawn: bounds the memory for those that are, which
-/// may be drawn many times as objects of one mesh, while the next ones wait.
+/// Triangles that are set up before they are drawn. Bounds the memory for what is set up, which
+/// would otherwise follow the triangles drawn: with instances these can be many more than are
+/// stored. Far fewer would not keep 16 cores busy.
 const BATCH: u32 = 1 << 16;
 
 /// All triangles of all objects, objects first, in batches of runs.
@@ -224,6 +225,31 @@ pub(crate) mod tests {
             width: 120,
             height: 100,
         }
+    }
+
+    #[test]
+    fn batches_hold_every_triangle_once_and_in_order() {
+        let mut scene = soup(&[]);
+        scene.meshes[0].triangles = 0..3 * RUN + 5;
+        scene.objects = vec![scene.objects[0].clone(); 50];
+        let (mut object, mut next, mut largest) = (0, 0, 0);
+        for batch in batches(&scene) {
+            let count = batch
+                .iter()
+                .map(|run| run.triangles.len() as u32)
+                .sum::<u32>();
+            largest = count.max(largest);
+            for run in batch {
+                assert_eq!((run.object, run.triangles.start), (object, next));
+                assert!(!run.triangles.is_empty() && run.triangles.len() <= RUN as usize);
+                next = run.triangles.end;
+                if next == 3 * RUN + 5 {
+                    (object, next) = (object + 1, 0);
+                }
+            }
+        }
+        assert_eq!((object, next), (50, 0));
+        assert!(largest < BATCH + RUN, "a batch holds {largest} triangles");
     }
 
     proptest! {

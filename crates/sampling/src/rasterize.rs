@@ -240,7 +240,7 @@ fn draw(
             }
             if let Some(masked) = &masked {
                 let weights = DVec3::from(values) / values.iter().sum::<f64>();
-                if !masked.is_there(weights) {
+                if !masked.is_there(masked.place(weights)) {
                     continue;
                 }
             }

@@ -114,7 +114,10 @@ const BAND: usize = 16;
 /// * `borders` - ascending depths, one more than layers
 /// * `cell` - corners of the view cell in homogeneous coordinates of the world
 ///
-/// Memory follows the texels touched, not layers x resolution. Bound by texels touched.
+/// Memory follows the texels touched, in tiles of 4 x 4, not layers x resolution nor triangles:
+/// these are set up and drawn batch by batch. Bound by triangles where they are about as small as
+/// texels, each set up in about the time a plain pass of the z-buffer takes for it, and by the
+/// pairs of triangle and texel that touch where they are larger; see the crate's figures.
 ///
 /// # Panics
 ///
@@ -262,7 +265,7 @@ fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
                 let weights = inside.barycentric(center);
                 if masked
                     .as_ref()
-                    .is_none_or(|masked| masked.is_there(weights))
+                    .is_none_or(|masked| masked.is_there(masked.place(weights)))
                 {
                     *claim = Claim::new(rank, hit(piece.drawn, weights));
                 }
@@ -314,7 +317,7 @@ fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
                     }
                     if masked
                         .as_ref()
-                        .is_none_or(|masked| masked.is_there(weights))
+                        .is_none_or(|masked| masked.is_there(masked.place(weights)))
                     {
                         *claim = Claim::new(rank, hit(piece.drawn, weights));
                         continue;

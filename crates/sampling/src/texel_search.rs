@@ -1,7 +1,7 @@
 //! Where a masked triangle is there within a texel of a layer.
 
 use crate::geometry::Interpolation;
-use crate::masked::{Masked, cut_to_side};
+use crate::masked::{Masked, Place, bounds, cut_to_side};
 use crate::piece::Corner;
 use farfield_views::Camera;
 use glam::{DVec2, DVec3};
@@ -16,7 +16,7 @@ pub(crate) struct TexelSearch<'a> {
     corners: [DVec3; 3],
     interpolation: Option<Interpolation>,
     /// Room for the polygons of a search.
-    points: Vec<DVec3>,
+    places: Vec<Place>,
 }
 
 impl<'a> TexelSearch<'a> {
@@ -26,7 +26,7 @@ impl<'a> TexelSearch<'a> {
             masked,
             corners,
             interpolation: Interpolation::new(camera, corners),
-            points: Vec::new(),
+            places: Vec::new(),
         }
     }
 
@@ -38,19 +38,19 @@ impl<'a> TexelSearch<'a> {
     /// A point, in barycentric coordinates, where a part of the triangle lies in the texel around
     /// `center` and is there, if there is one.
     pub(crate) fn some_point(&mut self, part: &[Corner], center: DVec2) -> Option<DVec3> {
-        if self.is_surely_empty(part, center) {
+        self.places.clear();
+        let places = part.iter().map(|corner| self.masked.place(corner.weights));
+        self.places.extend(places);
+        if self.is_surely_empty(center) {
             return None;
         }
-        self.points.clear();
-        self.points.extend(part.iter().map(|corner| corner.weights));
-        let whole = 0..self.points.len();
-        let part = part_in_texel(self.camera, self.corners, &mut self.points, whole, center);
-        self.masked.some_point(&mut self.points, part)
+        let part = part_in_texel(self.camera, self.corners, &mut self.places, center);
+        self.masked.some_point(&mut self.places, part)
     }
 
     /// Whether alpha is too small wherever both the texel and the part reach in the texture, by
     /// the bounds of what they cover there: most texels of a card of leaves lie between them.
-    fn is_surely_empty(&self, part: &[Corner], center: DVec2) -> bool {
+    fn is_surely_empty(&self, center: DVec2) -> bool {
         let Some(interpolation) = &self.interpolation else {
             return false;
         };
@@ -60,37 +60,24 @@ impl<'a> TexelSearch<'a> {
         if seen.iter().any(|weights| weights.element_sum() <= 0.0) {
             return false;
         }
-        let [min, max] = bounds(
-            seen.map(|weights| weights / weights.element_sum()),
-            self.masked,
-        );
+        let on_plane = seen.map(|weights| self.masked.place(weights / weights.element_sum()));
+        let [min, max] = bounds(&on_plane);
         // Far more than rounding, which grows with what a texel covers of the texture.
         let doubt = (max - min) / 64.0 + 1.0 / 64.0;
-        let [part_min, part_max] = bounds(part.iter().map(|corner| corner.weights), self.masked);
+        let [part_min, part_max] = bounds(&self.places);
         let both = [part_min.max(min - doubt), part_max.min(max + doubt)];
         both[0].cmple(both[1]).all() && !self.masked.may_be_in(both)
     }
 }
 
-/// Bounds on the texture of points given by barycentric coordinates.
-fn bounds(points: impl IntoIterator<Item = DVec3>, masked: &Masked<'_>) -> [DVec2; 2] {
-    let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-    points.into_iter().fold(nothing, |[min, max], weights| {
-        let position = masked.position(weights);
-        [min.min(position), max.max(position)]
-    })
-}
-
-/// The part of a polygon, a run of `points`, that lies in the texel around `center`; appended, as
-/// are others on the way to it.
+/// The part of a polygon that lies in the texel around `center`: a run of `places`, which holds
+/// the polygon before and gets others on the way.
 ///
-/// * `corners` - of the triangle, in view space
-/// * `points` - barycentric coordinates
+/// `corners` are the triangle's, in view space.
 fn part_in_texel(
     camera: &Camera,
     [a, b, c]: [DVec3; 3],
-    points: &mut Vec<DVec3>,
-    polygon: Range<usize>,
+    places: &mut Vec<Place>,
     center: DVec2,
 ) -> Range<usize> {
     let [low, high] = [center - 0.5, center + 0.5].map(|p| camera.view_from_pixel(p, 1.0));
@@ -100,7 +87,7 @@ fn part_in_texel(
         DVec3::new(a.z, b.z, c.z),
     ];
     let sides = [x - z * low.x, z * high.x - x, y - z * low.y, z * high.y - y];
-    sides
-        .into_iter()
-        .fold(polygon, |part, side| cut_to_side(points, part, side))
+    sides.into_iter().fold(0..places.len(), |part, side| {
+        cut_to_side(places, part, |place| side.dot(place.weights))
+    })
 }
