@@ -26,7 +26,7 @@ const RUN: u32 = 1024;
 /// Triangles that are set up before they are drawn. Bounds the memory for what is set up, which
 /// would otherwise follow the triangles drawn: with instances these can be many more than are
 /// stored. Far fewer would not keep 16 cores busy.
-const BATCH: u32 = 1 << 16;
+const BATCH: u32 = 1 << 17;
 
 /// All triangles of all objects, objects first, in batches of runs.
 pub(crate) fn batches(scene: &Scene) -> impl Iterator<Item = Vec<Run>> {

@@ -178,7 +178,7 @@ pub(crate) fn cut_to_slab(
     }
 }
 
-fn cut(polygon: &[Corner], border: f64, keeps: fn(f64, f64) -> bool, rest: &mut Vec<Corner>) {
+fn cut(polygon: &[Corner], border: f64, keeps: impl Fn(f64, f64) -> bool, rest: &mut Vec<Corner>) {
     rest.clear();
     for (i, a) in polygon.iter().enumerate() {
         let b = &polygon[if i + 1 == polygon.len() { 0 } else { i + 1 }];

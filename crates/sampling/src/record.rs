@@ -276,20 +276,18 @@ fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
 
 /// Claims what texels are left that a triangle touches, in every slab it crosses.
 fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
-    if piece
-        .layers()
-        .all(|layer| is_settled(task, piece, layer, band))
-    {
+    let mut layers = piece.layers();
+    let Some(first) = layers.find(|layer| !is_settled(task, piece, *layer, band)) else {
         return;
-    }
+    };
     let camera = task.camera;
     let masked = Masked::new(task.scene, task.textures, piece.drawn);
     let mut search = masked
         .as_ref()
         .map(|masked| TexelSearch::new(camera, piece.corners, masked));
     let class = Rank::class(piece.front, false);
-    for layer in piece.layers() {
-        if is_settled(task, piece, layer, band) {
+    for layer in std::iter::once(first).chain(layers) {
+        if layer != first && is_settled(task, piece, layer, band) {
             continue;
         }
         band.part.cut(task, piece, layer);
