@@ -70,7 +70,11 @@ impl<'a> Outline<'a> {
         let in_bounds = self.columns_of_bounds(width);
         // Small polygons mostly lie in one row or column, and their bounds say all.
         let in_row = top <= self.min.y && self.max.y <= bottom;
-        if in_row || in_bounds.start() == in_bounds.end() {
+        let column = *in_bounds.start() as f64;
+        let in_column = in_bounds.start() == in_bounds.end()
+            && column <= self.min.x
+            && self.max.x <= column + 1.0;
+        if in_row || in_column {
             return in_bounds;
         }
         match span(self.corners, top, bottom) {
