@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p farfield-benches` measures the stages of a bake and prints the tables;
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
-//! comparison. With `--pictures DIR` the comparison writes what it compares into a folder.
+//! comparison, `-- ratios` only how far the stages are from what bounds them. With `--pictures DIR` the comparison writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
 
 mod atlas;
@@ -13,6 +13,7 @@ mod octahedral;
 mod picture;
 mod planar;
 mod quads;
+mod ratios;
 mod simplified;
 mod stages;
 
@@ -35,6 +36,16 @@ fn main() {
     };
     if asked("compare").is_some() {
         return compare();
+    }
+
+    if asked("ratios").is_some() {
+        let models = dense()
+            .chain(models::read(&models::LARGE))
+            .chain(models::read(&models::LEAVES));
+        ratios::table(&models.map(models::prepare).collect::<Vec<_>>());
+        return models::read(&models::DENSE[1..2])
+            .iter()
+            .for_each(ratios::growth);
     }
 
     let layered: Vec<Layered> = dense().map(models::prepare).collect();

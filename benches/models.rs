@@ -42,6 +42,18 @@ pub(crate) const DENSE: [Entry; 4] = [
 /// Few triangles with photographs of facades.
 pub(crate) const CITY: [Entry; 1] = [("city_tokyo_lod2_b", [0.0, 25.0, 300.0], [60.0, 40.0, 60.0])];
 
+/// Many triangles, from far away and from near: few layers and many.
+pub(crate) const LARGE: [Entry; 2] = [
+    ("stanford_dragon", [0.0, 0.12, 0.5], [0.1; 3]),
+    ("stanford_dragon", [0.0, 0.12, 0.35], [0.2; 3]),
+];
+
+/// Masked leaves, from near and from far away.
+pub(crate) const LEAVES: [Entry; 2] = [
+    ("tree_oak_large", [0.0, 50.0, 250.0], [50.0; 3]),
+    ("tree_oak_large", [0.0, 50.0, 2500.0], [500.0; 3]),
+];
+
 /// The built-in house in its view cell.
 pub(crate) fn house() -> Model {
     Model {

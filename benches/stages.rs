@@ -3,11 +3,11 @@
 use crate::models::Layered;
 use criterion::{Criterion, Throughput};
 use farfield_atlas::pack;
+use farfield_culling::Culler;
 use farfield_quads::{Price, cover};
-use farfield_sampling::{Textures, rasterize};
-use farfield_views::Camera;
+use farfield_sampling::{LayerMasks, Textures, rasterize};
 use std::hint::black_box;
-use xtask::layered::{cull, record_layers};
+use xtask::layered::{record_layers, recording_camera};
 
 /// Measures each stage on each model; the bounds are triangles and texels touched, so throughput
 /// is given in those.
@@ -21,13 +21,8 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         group
             .sample_size(20)
             .throughput(Throughput::Elements(scene.drawn_triangles()));
-        let [min, max] = scene.bounds().expect("the scene has triangles");
-        let camera = Camera::looking_at(
-            model.cell.center(),
-            (min + max) / 2.0,
-            45f64.to_radians(),
-            512,
-        );
+        // Both through the same camera, so that their times can be compared.
+        let camera = recording_camera(stack);
         group.bench_function(format!("rasterize/{}/512", model.name), |bencher| {
             bencher.iter(|| black_box(rasterize(scene, &textures, &camera)));
         });
@@ -42,8 +37,16 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         group
             .sample_size(20)
             .throughput(Throughput::Elements(texels));
+        let masks: Vec<LayerMasks> = (0..stack.layers.len())
+            .map(|layer| recording.masks(layer, stack.width, stack.height))
+            .collect();
         group.bench_function(format!("cull/{}/512", model.name), |bencher| {
-            bencher.iter(|| black_box(cull(&recording, stack.width, stack.height)));
+            bencher.iter(|| {
+                let mut culler = Culler::new(stack.width as usize, stack.height as usize);
+                for mask in &masks {
+                    black_box(culler.next(&mask.opaque, &mask.occluding));
+                }
+            });
         });
         group.finish();
 

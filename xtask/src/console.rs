@@ -65,7 +65,7 @@ impl Console {
 
 /// The most memory the program has had at any time so far, in bytes; 0 where the system does not
 /// tell.
-pub(crate) fn peak_rss_bytes() -> u64 {
+pub fn peak_rss_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let kilobytes = status
         .lines()

@@ -8,7 +8,7 @@ mod verify;
 mod view_cell;
 
 pub use bake::{BakeOptions, BakeReport, ImpostorReport, bake, layered};
-pub use console::Console;
+pub use console::{Console, peak_rss_bytes};
 pub use source::SceneChoice;
 pub use verify::{
     CostOfBoth, CoverageAt, Place, Spread, Summary, VerifyOptions, VerifyReport, verify,

@@ -1,7 +1,7 @@
 //! Which texels a convex polygon touches, exactly and conservatively.
 
 use glam::DVec2;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 /// Doubt, in texels: a square that a polygon misses by less counts as touched. Far more than the
 /// rounding of coordinates of up to 2^16 texels (2^-37), far less than a texel.
@@ -12,7 +12,7 @@ const DOUBT: f64 = 1.0 / (1 << 20) as f64;
 /// A convex polygon cut to a band is convex, so it touches the closed square of a texel exactly
 /// if this interval, taken between the square's upper and lower side, touches the square's. One
 /// point and two points are polygons too.
-pub(crate) fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64)> {
+fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64)> {
     let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut take = |x: f64| (min, max) = (min.min(x), max.max(x));
     for (i, &a) in polygon.iter().enumerate() {
@@ -32,21 +32,78 @@ pub(crate) fn span(polygon: &[DVec2], top: f64, bottom: f64) -> Option<(f64, f64
     (min <= max).then_some((min, max))
 }
 
-/// The rows whose closed squares a polygon touches, within `0..height`.
-pub(crate) fn touched_rows(polygon: &[DVec2], height: usize) -> RangeInclusive<usize> {
-    let min = polygon.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
-    let max = polygon
-        .iter()
-        .map(|p| p.y)
-        .fold(f64::NEG_INFINITY, f64::max);
-    touched(min, max, height)
+/// A convex polygon in texels, and its bounds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline<'a> {
+    corners: &'a [DVec2],
+    min: DVec2,
+    max: DVec2,
 }
 
-/// The columns of row `y` whose closed squares a polygon touches, within `0..width`.
-pub(crate) fn touched_columns(polygon: &[DVec2], y: usize, width: usize) -> RangeInclusive<usize> {
-    match span(polygon, y as f64 - DOUBT, (y + 1) as f64 + DOUBT) {
-        Some((min, max)) => touched(min, max, width),
-        None => NOTHING,
+impl<'a> Outline<'a> {
+    pub(crate) fn new(corners: &'a [DVec2]) -> Self {
+        let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (min, max) = corners.iter().fold(nothing, |(min, max), corner| {
+            (min.min(*corner), max.max(*corner))
+        });
+        Self { corners, min, max }
+    }
+
+    pub(crate) fn corners(&self) -> &'a [DVec2] {
+        self.corners
+    }
+
+    /// The rows whose closed squares the polygon touches, within `0..height`.
+    pub(crate) fn rows(&self, height: usize) -> RangeInclusive<usize> {
+        touched(self.min.y, self.max.y, height)
+    }
+
+    /// The columns that the bounds touch, within `0..width`.
+    pub(crate) fn columns_of_bounds(&self, width: usize) -> RangeInclusive<usize> {
+        touched(self.min.x, self.max.x, width)
+    }
+
+    /// The columns of row `y`, one of its rows, whose closed squares the polygon touches, within
+    /// `0..width`.
+    pub(crate) fn columns(&self, y: usize, width: usize) -> RangeInclusive<usize> {
+        let (top, bottom) = (y as f64 - DOUBT, (y + 1) as f64 + DOUBT);
+        let in_bounds = self.columns_of_bounds(width);
+        // Small polygons mostly lie in one row or column, and their bounds say all.
+        let in_row = top <= self.min.y && self.max.y <= bottom;
+        let column = *in_bounds.start() as f64;
+        let in_column = in_bounds.start() == in_bounds.end()
+            && column <= self.min.x
+            && self.max.x <= column + 1.0;
+        if in_row || in_column {
+            return in_bounds;
+        }
+        match span(self.corners, top, bottom) {
+            Some((min, max)) => touched(min, max, width),
+            None => NOTHING,
+        }
+    }
+
+    /// The columns of row `y` whose centres the polygon covers, within `0..width`.
+    pub(crate) fn centers_in(&self, y: usize, width: usize) -> Range<usize> {
+        let middle = y as f64 + 0.5;
+        if self.min.y <= middle
+            && middle <= self.max.y
+            && let Some((min, max)) = span(self.corners, middle, middle)
+        {
+            let [first, end] = [(min - 0.5).ceil(), (max - 0.5).floor() + 1.0];
+            return first.max(0.0) as usize..(end.max(0.0) as usize).min(width);
+        }
+        0..0
+    }
+
+    /// Whether the bounds hold the centre of a texel.
+    pub(crate) fn may_cover_centers(&self) -> bool {
+        (self.min - 0.5).ceil().cmple(self.max - 0.5).all()
+    }
+
+    /// Squared distance from a point to the bounds, no more than that to the polygon.
+    pub(crate) fn distance_squared(&self, point: DVec2) -> f64 {
+        point.distance_squared(point.clamp(self.min, self.max))
     }
 }
 
@@ -75,12 +132,15 @@ const NOTHING: RangeInclusive<usize> = 1..=0;
 
 /// Unit intervals [i, i + 1] of `0..count` that touch [min, max].
 fn touched(min: f64, max: f64, count: usize) -> RangeInclusive<usize> {
-    let first = (min - DOUBT).ceil() - 1.0;
-    let last = (max + DOUBT).floor();
-    if count == 0 || last < 0.0 || first >= count as f64 || min > max {
+    let (low, high) = (min - DOUBT, max + DOUBT);
+    if count == 0 || high < 0.0 || low > count as f64 || min > max {
         return NOTHING;
     }
-    first.max(0.0) as usize..=last.min(count as f64 - 1.0) as usize
+    // Conversion rounds towards zero, and is much faster than `floor` where that is a call.
+    let below = low.max(0.0) as u32 as usize;
+    let ends_there = below as f64 == low && below > 0;
+    let last = (high.min(count as f64) as u32 as usize).min(count - 1);
+    below - usize::from(ends_there)..=last
 }
 
 #[cfg(test)]
@@ -131,9 +191,10 @@ mod tests {
         #[test]
         fn touched_texels_are_those_whose_closed_squares_meet_the_polygon(polygon in polygons()) {
             let (width, height) = (9, 8);
-            let rows = touched_rows(&polygon, height);
+            let outline = Outline::new(&polygon);
+            let rows = outline.rows(height);
             for y in 0..height {
-                let columns = touched_columns(&polygon, y, width);
+                let columns = if rows.contains(&y) { outline.columns(y, width) } else { NOTHING };
                 for x in 0..width {
                     let found = rows.contains(&y) && columns.contains(&x);
                     if touches(&polygon, x, y) {

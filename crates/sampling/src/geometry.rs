@@ -4,6 +4,7 @@ use farfield_scene::Scene;
 use farfield_views::{Camera, Extent, Pose};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// One triangle of one object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,14 +13,64 @@ pub(crate) struct Drawn {
     pub(crate) triangle: u32,
 }
 
-/// All triangles of all objects, objects first.
-pub(crate) fn all_drawn(scene: &Scene) -> Vec<Drawn> {
-    (0..scene.objects.len() as u32)
-        .flat_map(|object| {
-            let triangles = scene.mesh_of(object).triangles.clone();
-            triangles.map(move |triangle| Drawn { object, triangle })
+/// Consecutive triangles of one object.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub(crate) object: u32,
+    pub(crate) triangles: Range<u32>,
+}
+
+/// Triangles that one thread sets up at a time.
+const RUN: u32 = 1024;
+
+/// Triangles that are set up before they are drawn. Bounds the memory for what is set up, which
+/// would otherwise follow the triangles drawn: with instances these can be many more than are
+/// stored. Far fewer would not keep 16 cores busy.
+const BATCH: u32 = 1 << 17;
+
+/// All triangles of all objects, objects first, in batches of runs.
+pub(crate) fn batches(scene: &Scene) -> impl Iterator<Item = Vec<Run>> {
+    let mut runs = (0..scene.objects.len() as u32).flat_map(|object| {
+        let Range { start, end } = scene.mesh_of(object).triangles;
+        (start..end).step_by(RUN as usize).map(move |first| Run {
+            object,
+            triangles: first..end.min(first.saturating_add(RUN)),
         })
-        .collect()
+    });
+    std::iter::from_fn(move || {
+        let mut batch = Vec::new();
+        let mut rest = BATCH;
+        while rest > 0
+            && let Some(run) = runs.next()
+        {
+            rest = rest.saturating_sub(run.triangles.len() as u32);
+            batch.push(run);
+        }
+        (!batch.is_empty()).then_some(batch)
+    })
+}
+
+/// The triangles of a run, and their corners as [`corners_in_view`] gives them.
+pub(crate) fn run_in_view(
+    scene: &Scene,
+    pose: &Pose,
+    run: &Run,
+) -> impl Iterator<Item = (Drawn, [DVec3; 3])> {
+    let object = run.object;
+    let world_from_mesh = scene.objects[object as usize].world_from_mesh;
+    let mirrored = scene.objects[object as usize].is_mirrored();
+    let pose = *pose;
+    run.triangles.clone().map(move |triangle| {
+        let [a, b, c] = scene.triangles[triangle as usize];
+        let [b, c] = if mirrored { [c, b] } else { [b, c] };
+        let in_view = |vertex: u32| {
+            let in_mesh = scene.positions[vertex as usize].as_dvec3();
+            pose.point_in_view(world_from_mesh.transform_point3(in_mesh))
+        };
+        // One by one: `map` of an array is a call here, and this is a tenth of a bake.
+        let corners = [in_view(a), in_view(b), in_view(c)];
+        (Drawn { object, triangle }, corners)
+    })
 }
 
 /// Corners of a triangle in view space, counter-clockwise seen from the front.
@@ -42,8 +93,7 @@ pub(crate) fn corners_in_view(scene: &Scene, pose: &Pose, drawn: Drawn) -> [DVec
 ///
 /// When a vertex does not lie before the pose.
 pub fn seen_bounds(scene: &Scene, pose: &Pose) -> Option<(Extent, [f64; 2])> {
-    let bounds = |drawn: &Drawn| {
-        let points = corners_in_view(scene, pose, *drawn);
+    let bounds = |(drawn, points): (Drawn, [DVec3; 3])| {
         assert!(
             points.iter().all(|point| point.z > 0.0),
             "triangle {} of object {} does not lie before the viewer",
@@ -56,10 +106,13 @@ pub fn seen_bounds(scene: &Scene, pose: &Pose) -> Option<(Extent, [f64; 2])> {
             .map(|p| [p, p]);
         bounds.into_iter().reduce(enclose).unwrap_or_default()
     };
-    let [min, max] = all_drawn(scene)
-        .par_iter()
-        .map(bounds)
-        .reduce_with(enclose)?;
+    let of_batch = |batch: Vec<Run>| {
+        batch
+            .par_iter()
+            .filter_map(|run| run_in_view(scene, pose, run).map(bounds).reduce(enclose))
+            .reduce_with(enclose)
+    };
+    let [min, max] = batches(scene).filter_map(of_batch).reduce(enclose)?;
     let extent = Extent {
         min: min.truncate(),
         max: max.truncate(),
@@ -123,7 +176,8 @@ impl Interpolation {
         [self.per_x, self.per_y].map(|per| (per * sum - w * per.element_sum()) / (sum * sum))
     }
 
-    fn weights(&self, pixel: DVec2) -> DVec3 {
+    /// Barycentric coordinates over the depth, at pixel coordinates.
+    pub(crate) fn weights(&self, pixel: DVec2) -> DVec3 {
         self.origin + self.per_x * pixel.x + self.per_y * pixel.y
     }
 }
@@ -171,6 +225,31 @@ pub(crate) mod tests {
             width: 120,
             height: 100,
         }
+    }
+
+    #[test]
+    fn batches_hold_every_triangle_once_and_in_order() {
+        let mut scene = soup(&[]);
+        scene.meshes[0].triangles = 0..3 * RUN + 5;
+        scene.objects = vec![scene.objects[0].clone(); 50];
+        let (mut object, mut next, mut largest) = (0, 0, 0);
+        for batch in batches(&scene) {
+            let count = batch
+                .iter()
+                .map(|run| run.triangles.len() as u32)
+                .sum::<u32>();
+            largest = count.max(largest);
+            for run in batch {
+                assert_eq!((run.object, run.triangles.start), (object, next));
+                assert!(!run.triangles.is_empty() && run.triangles.len() <= RUN as usize);
+                next = run.triangles.end;
+                if next == 3 * RUN + 5 {
+                    (object, next) = (object + 1, 0);
+                }
+            }
+        }
+        assert_eq!((object, next), (50, 0));
+        assert!(largest < BATCH + RUN, "a batch holds {largest} triangles");
     }
 
     proptest! {

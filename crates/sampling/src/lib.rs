@@ -10,8 +10,11 @@ mod light;
 
 mod rasterize;
 
+mod contest;
 mod coverage;
+mod piece;
 mod record;
+mod texel_search;
 
 mod trace;
 

@@ -16,8 +16,6 @@ pub(crate) struct Masked<'a> {
     cutoff: f32,
     /// Alpha of the vertices times that of the material.
     vertex_alpha: DVec3,
-    /// The least alpha of the texture, of 255, that can reach the cutoff; 256 if none can.
-    least_texel: u16,
     texture: AlphaTexture<'a>,
     /// Columns and rows of the texture's cells.
     at: [DVec3; 2],
@@ -34,23 +32,27 @@ impl<'a> Masked<'a> {
             .map(|v| v as usize);
         let alpha = vertices.map(|v| f64::from(scene.colors[v].w));
         let vertex_alpha = DVec3::from(alpha) * f64::from(material.base_color.w);
-        let greatest = vertex_alpha.max_element();
-        let reaches = |texel: &u16| (greatest * f64::from(*texel) / 255.0) as f32 >= cutoff;
         let texture = textures.alpha(material.base_color_texture);
         let at = vertices.map(|v| texture.cell_at(scene.uvs[v]));
         Some(Self {
             cutoff,
             vertex_alpha,
-            least_texel: (0..=255).find(reaches).unwrap_or(256),
             texture,
             at: [at.map(|p| p.x).into(), at.map(|p| p.y).into()],
         })
     }
 
+    /// A point, and where it lies on the texture.
+    pub(crate) fn place(&self, weights: DVec3) -> Place {
+        Place {
+            weights,
+            at: DVec2::new(self.at[0].dot(weights), self.at[1].dot(weights)),
+        }
+    }
+
     /// Whether the surface is there at a point.
-    pub(crate) fn is_there(&self, weights: DVec3) -> bool {
-        let cell = self.position(weights).floor().as_i64vec2();
-        self.is_enough(self.alpha_in(cell, weights))
+    pub(crate) fn is_there(&self, place: Place) -> bool {
+        self.is_enough(self.alpha_in(cell_of(place.at), place))
     }
 
     /// A point of a convex polygon where the surface is there, if there is one.
@@ -61,106 +63,103 @@ impl<'a> Masked<'a> {
     /// So the search is exact, but for rounding, where the vertices have the same alpha. Where
     /// they differ, a peak within the polygon's part of a cell can be missed.
     ///
-    /// `polygon` is a run of `points`, which holds its parts during the search.
+    /// `polygon` is a run of `places`, which holds its parts during the search.
     pub(crate) fn some_point(
         &self,
-        points: &mut Vec<DVec3>,
+        places: &mut Vec<Place>,
         polygon: Range<usize>,
     ) -> Option<DVec3> {
-        self.search(points, polygon, [I64Vec2::MIN, I64Vec2::MAX])
+        self.search(places, polygon, [I64Vec2::MIN, I64Vec2::MAX])
     }
 
     /// Searches a polygon that lies in the cells from a first to a last column and row.
     fn search(
         &self,
-        points: &mut Vec<DVec3>,
+        places: &mut Vec<Place>,
         polygon: Range<usize>,
         cells: [I64Vec2; 2],
     ) -> Option<DVec3> {
         if polygon.is_empty() {
             return None;
         }
-        let part = &points[polygon.clone()];
-        let [first, last] = self.bounds(part, cells);
-        if u16::from(self.texture.greatest([first, last])) < self.least_texel {
+        let part = &places[polygon.clone()];
+        // What lies on a border, or by rounding beside it, is in the cells it is known to be in.
+        let [first, last] = bounds(part).map(|at| cell_of(at).clamp(cells[0], cells[1]));
+        if !self.reaches(self.texture.greatest([first, last])) {
             return None;
         }
-        let middle = part.iter().sum::<DVec3>() / part.len() as f64;
+        let middle = middle(part);
         if self.is_there(middle) {
-            return Some(middle);
+            return Some(middle.weights);
         }
         if first == last {
             return self.point_in_cell(first, part);
         }
         let axis = usize::from(last.x - first.x < last.y - first.y);
         let border = first[axis] + (last[axis] - first[axis] + 1) / 2;
-        let beyond = self.at[axis] - border as f64;
+        let beyond = |place: &Place| place.at[axis] - border as f64;
         let (mut before_border, mut on_border) = (last, first);
         (before_border[axis], on_border[axis]) = (border - 1, border);
-        let rest = points.len();
-        for (side, cells) in [
-            (-beyond, [first, before_border]),
-            (beyond, [on_border, last]),
-        ] {
-            let half = cut_to_side(points, polygon.clone(), side);
-            let found = self.search(points, half, cells);
-            points.truncate(rest);
-            if found.is_some() {
-                return found;
-            }
-        }
-        None
-    }
+        let rest = places.len();
 
-    /// The first and last column and row that hold a polygon, of those it is known to lie in.
-    fn bounds(&self, polygon: &[DVec3], [first, last]: [I64Vec2; 2]) -> [I64Vec2; 2] {
-        let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for weights in polygon {
-            let position = self.position(*weights);
-            (min, max) = (min.min(position), max.max(position));
+        let half = cut_to_side(places, polygon.clone(), |place| -beyond(place));
+        let found = self.search(places, half, [first, before_border]);
+        places.truncate(rest);
+        if found.is_some() {
+            return found;
         }
-        // What lies on a border, or by rounding beside it, is in the cells it is known to be in.
-        [min, max].map(|position| position.floor().as_i64vec2().clamp(first, last))
+        let half = cut_to_side(places, polygon, beyond);
+        let found = self.search(places, half, [on_border, last]);
+        places.truncate(rest);
+        found
     }
 
     /// The point of greatest alpha on the border of a polygon within one cell, if the surface is
     /// there.
-    fn point_in_cell(&self, cell: I64Vec2, polygon: &[DVec3]) -> Option<DVec3> {
-        let alpha = |weights: DVec3| self.alpha_in(cell, weights);
+    fn point_in_cell(&self, cell: I64Vec2, polygon: &[Place]) -> Option<DVec3> {
+        let alpha = |place: Place| self.alpha_in(cell, place);
         let mut best = (f64::NEG_INFINITY, DVec3::ZERO);
-        let mut take = |weights: DVec3| {
-            let alpha = alpha(weights);
+        let mut take = |place: Place| {
+            let alpha = alpha(place);
             if alpha > best.0 {
-                best = (alpha, weights);
+                best = (alpha, place.weights);
             }
         };
         for (i, a) in polygon.iter().enumerate() {
             take(*a);
             let b = polygon[(i + 1) % polygon.len()];
             // f(t) = f(0) + slope t - curvature t^2, through three of its points.
-            let values = [*a, a.lerp(b, 0.5), b].map(alpha);
+            let values = [*a, a.lerp(&b, 0.5), b].map(alpha);
             let curvature = 4.0 * values[1] - 2.0 * (values[0] + values[2]);
             let slope = values[2] - values[0] + curvature;
             let peak = slope / (2.0 * curvature);
             if curvature > 0.0 && 0.0 < peak && peak < 1.0 {
-                take(a.lerp(b, peak));
+                take(a.lerp(&b, peak));
             }
         }
         self.is_enough(best.0).then_some(best.1)
     }
 
-    fn position(&self, weights: DVec3) -> DVec2 {
-        DVec2::new(self.at[0].dot(weights), self.at[1].dot(weights))
+    /// Whether the surface may be there between two corners of a rectangle on the texture, in
+    /// columns and rows of cells.
+    pub(crate) fn may_be_in(&self, rectangle: [DVec2; 2]) -> bool {
+        let cells = rectangle.map(cell_of);
+        self.reaches(self.texture.greatest(cells))
+    }
+
+    /// Whether alpha of the texture, of 255, can reach the cutoff.
+    fn reaches(&self, texel: u8) -> bool {
+        self.is_enough(self.vertex_alpha.max_element() * f64::from(texel) / 255.0)
     }
 
     /// Alpha at a point that lies in a cell.
-    fn alpha_in(&self, cell: I64Vec2, weights: DVec3) -> f64 {
-        let t = self.position(weights) - cell.as_dvec2();
+    fn alpha_in(&self, cell: I64Vec2, place: Place) -> f64 {
+        let t = place.at - cell.as_dvec2();
         let [[a, b], [c, d]] = self.texture.cell(cell);
         let (a, b, c, d) = (f64::from(a), f64::from(b), f64::from(c), f64::from(d));
         let (above, below) = (a + (b - a) * t.x, c + (d - c) * t.x);
         let texture = above + (below - above) * t.y;
-        self.vertex_alpha.dot(weights) * texture / 255.0
+        self.vertex_alpha.dot(place.weights) * texture / 255.0
     }
 
     /// Whether alpha reaches the cutoff, but for rounding to the precision in which it is given.
@@ -169,30 +168,75 @@ impl<'a> Masked<'a> {
     }
 }
 
-/// Appends the part of a convex polygon, a run of `points`, where `distance` is not negative, and
-/// returns its run.
-pub(crate) fn cut_to_side(
-    points: &mut Vec<DVec3>,
-    polygon: Range<usize>,
-    distance: DVec3,
-) -> Range<usize> {
-    let start = points.len();
-    for i in polygon.clone() {
-        let next = if i + 1 == polygon.end {
-            polygon.start
-        } else {
-            i + 1
-        };
-        let (a, b) = (points[i], points[next]);
-        let (da, db) = (distance.dot(a), distance.dot(b));
-        if da >= 0.0 {
-            points.push(a);
-        }
-        if da * db < 0.0 {
-            points.push(a.lerp(b, da / (da - db)));
+/// A point of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    /// Barycentric coordinates.
+    pub(crate) weights: DVec3,
+    /// On the texture, in columns and rows of cells.
+    pub(crate) at: DVec2,
+}
+
+impl Place {
+    fn lerp(&self, other: &Self, t: f64) -> Self {
+        Self {
+            weights: self.weights.lerp(other.weights, t),
+            at: self.at.lerp(other.at, t),
         }
     }
-    start..points.len()
+}
+
+/// The cell that a position lies in, which is rounded down.
+fn cell_of(at: DVec2) -> I64Vec2 {
+    // Conversion rounds towards zero, and is much faster than `floor` where that is a call.
+    let down = |at: f64| at as i64 - i64::from(at < (at as i64) as f64);
+    I64Vec2::new(down(at.x), down(at.y))
+}
+
+/// Bounds on the texture.
+pub(crate) fn bounds(places: &[Place]) -> [DVec2; 2] {
+    let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    places.iter().fold(nothing, |[min, max], place| {
+        [min.min(place.at), max.max(place.at)]
+    })
+}
+
+fn middle(places: &[Place]) -> Place {
+    let count = places.len() as f64;
+    Place {
+        weights: places.iter().map(|place| place.weights).sum::<DVec3>() / count,
+        at: places.iter().map(|place| place.at).sum::<DVec2>() / count,
+    }
+}
+
+/// Appends the part of a convex polygon, a run of `places`, where `distance`, which is linear, is
+/// not negative, and returns its run.
+pub(crate) fn cut_to_side(
+    places: &mut Vec<Place>,
+    polygon: Range<usize>,
+    distance: impl Fn(&Place) -> f64,
+) -> Range<usize> {
+    let start = places.len();
+    if polygon.is_empty() {
+        return start..start;
+    }
+    let first = (places[polygon.start], distance(&places[polygon.start]));
+    let (mut a, mut from_a) = first;
+    for i in polygon.clone() {
+        let (b, from_b) = if i + 1 == polygon.end {
+            first
+        } else {
+            (places[i + 1], distance(&places[i + 1]))
+        };
+        if from_a >= 0.0 {
+            places.push(a);
+        }
+        if from_a * from_b < 0.0 {
+            places.push(a.lerp(&b, from_a / (from_a - from_b)));
+        }
+        (a, from_a) = (b, from_b);
+    }
+    start..places.len()
 }
 
 #[cfg(test)]
@@ -300,9 +344,9 @@ pub(crate) mod tests {
         ) {
             let textures = Textures::new(&scene);
             let masked = Masked::new(&scene, &textures, Drawn { object: 0, triangle: 0 }).unwrap();
-            let mut points = DVec3::AXES.to_vec();
+            let mut points = DVec3::AXES.map(|weights| masked.place(weights)).to_vec();
             let polygon = sides.iter().fold(0..3, |rest, side| {
-                cut_to_side(&mut points, rest, DVec3::from(*side))
+                cut_to_side(&mut points, rest, |place| DVec3::from(*side).dot(place.weights))
             });
             let polygon = points[polygon].to_vec();
             let mut scratch = polygon.clone();
@@ -316,14 +360,15 @@ pub(crate) mod tests {
                 match scene.textures[0].filter {
                     // On the border of two texels, but for rounding, either is the nearest.
                     Filter::Nearest => {
-                        let around = [-DOUBT, DOUBT].map(|d| (masked.position(point) + d).floor().as_i64vec2());
-                        prop_assert!(u16::from(masked.texture.greatest(around)) >= masked.least_texel);
+                        let at = masked.place(point).at;
+                        let around = [-DOUBT, DOUBT].map(|d| (at + d).floor().as_i64vec2());
+                        prop_assert!(masked.reaches(masked.texture.greatest(around)));
                     }
                     _ => prop_assert!(margin(&scene, point) > -DOUBT),
                 }
             } else if scene.colors.iter().all(|color| *color == scene.colors[0]) {
                 for i in 1..polygon.len().saturating_sub(1) {
-                    let [a, b, c] = [polygon[0], polygon[i], polygon[i + 1]];
+                    let [a, b, c] = [0, i, i + 1].map(|i| polygon[i].weights);
                     for (s, t) in (0..=64).flat_map(|s| (0..=64 - s).map(move |t| (s, t))) {
                         let point = a + (b - a) * (f64::from(s) / 64.0) + (c - a) * (f64::from(t) / 64.0);
                         prop_assert!(margin(&scene, point) < DOUBT, "{point} is there");
@@ -340,7 +385,7 @@ pub(crate) mod tests {
             let weights = DVec3::new(1.0 - s, s * (1.0 - t), s * t);
             let margin = margin(&scene, weights);
             prop_assume!(margin.abs() > DOUBT);
-            prop_assert_eq!(masked.is_there(weights), margin > 0.0);
+            prop_assert_eq!(masked.is_there(masked.place(weights)), margin > 0.0);
         }
     }
 
@@ -368,7 +413,7 @@ pub(crate) mod tests {
                 triangle: 0,
             };
             let masked = Masked::new(&scene, &textures, drawn).unwrap();
-            let mut points = DVec3::AXES.to_vec();
+            let mut points = DVec3::AXES.map(|weights| masked.place(weights)).to_vec();
             assert_eq!(masked.some_point(&mut points, 0..3).is_some(), found);
         }
     }

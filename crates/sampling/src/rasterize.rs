@@ -1,6 +1,6 @@
 //! What a camera sees: nearest surfaces, then their colours.
 
-use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
+use crate::geometry::{Drawn, Interpolation, batches, corners_in_view, run_in_view};
 use crate::masked::Masked;
 use crate::surface::Hit;
 use crate::{Lighting, Textures, lit_color, surface_at};
@@ -29,9 +29,6 @@ pub struct Visibility {
 /// few enough that a picture of 512 rows keeps 16 cores busy.
 const BAND: usize = 32;
 
-/// Triangles set up before they are drawn: bounds memory, not the picture.
-const BATCH: usize = 1 << 18;
-
 /// Finds the nearest surface at each pixel's centre.
 ///
 /// Watertight: of two triangles that share an edge exactly one covers a centre on it. Triangles
@@ -49,32 +46,30 @@ pub fn rasterize(scene: &Scene, textures: &Textures<'_>, camera: &Camera) -> Vis
         triangle: NONE,
     };
     let mut pixels = vec![nothing; width * height];
-    for batch in all_drawn(scene).chunks(BATCH) {
-        let triangles: Vec<ScreenTriangle> = batch
-            .par_chunks(4096)
-            .flat_map_iter(|chunk| chunk.iter().filter_map(|d| set_up(scene, camera, *d)))
+    for batch in batches(scene) {
+        let triangles: Vec<Vec<ScreenTriangle>> = batch
+            .par_iter()
+            .map(|run| {
+                let triangles = run_in_view(scene, &camera.pose, run);
+                triangles
+                    .filter_map(|(drawn, corners)| set_up(scene, camera, drawn, corners))
+                    .collect()
+            })
             .collect();
         let mut bins = vec![Vec::new(); height.div_ceil(BAND)];
-        for (i, triangle) in triangles.iter().enumerate() {
+        for triangle in triangles.iter().flatten() {
             let bands = triangle.rows.start / BAND..triangle.rows.end.div_ceil(BAND);
             bins[bands]
                 .iter_mut()
-                .for_each(|bin: &mut Vec<u32>| bin.push(i as u32));
+                .for_each(|bin: &mut Vec<&ScreenTriangle>| bin.push(triangle));
         }
         let bands = pixels
             .par_chunks_mut(width.max(1) * BAND)
             .zip(bins)
             .enumerate();
         bands.for_each(|(band, (pixels, bin))| {
-            for i in bin {
-                draw(
-                    scene,
-                    textures,
-                    camera,
-                    &triangles[i as usize],
-                    band * BAND,
-                    pixels,
-                );
+            for triangle in bin {
+                draw(scene, textures, camera, triangle, band * BAND, pixels);
             }
         });
     }
@@ -156,8 +151,12 @@ struct ScreenTriangle {
 }
 
 /// `None` where the triangle cannot be seen.
-fn set_up(scene: &Scene, camera: &Camera, drawn: Drawn) -> Option<ScreenTriangle> {
-    let corners = corners_in_view(scene, &camera.pose, drawn);
+fn set_up(
+    scene: &Scene,
+    camera: &Camera,
+    drawn: Drawn,
+    corners: [DVec3; 3],
+) -> Option<ScreenTriangle> {
     let [a, b, c] = corners;
     let mut edges = [b.cross(c), c.cross(a), a.cross(b)];
     // Positive where the camera is behind the triangle.
@@ -188,7 +187,12 @@ fn pixel_bounds(camera: &Camera, corners: [DVec3; 3]) -> Option<(Range<usize>, R
     }
     let (mut min, mut max) = (DVec2::ZERO, size);
     if corners.iter().all(|corner| corner.z > 0.0) {
-        let pixels = corners.map(|corner| camera.pixel_from_view(corner));
+        let [a, b, c] = corners;
+        let pixels = [
+            camera.pixel_from_view(a),
+            camera.pixel_from_view(b),
+            camera.pixel_from_view(c),
+        ];
         // A hair more than the rounding of the projection, of some 1e-12 pixels.
         min = pixels[0].min(pixels[1]).min(pixels[2]) - 1e-6;
         max = pixels[0].max(pixels[1]).max(pixels[2]) + 1e-6;
@@ -236,7 +240,7 @@ fn draw(
             }
             if let Some(masked) = &masked {
                 let weights = DVec3::from(values) / values.iter().sum::<f64>();
-                if !masked.is_there(weights) {
+                if !masked.is_there(masked.place(weights)) {
                     continue;
                 }
             }

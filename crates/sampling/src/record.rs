@@ -1,17 +1,19 @@
 //! The conservative one-pass layer recorder.
 
-use crate::coverage::{nearest_on_border, span, touched_columns, touched_rows};
-use crate::geometry::{Drawn, Interpolation, all_drawn, corners_in_view};
-use crate::masked::{Masked, cut_to_side};
+use crate::contest::{Claim, Contest, Rank};
+use crate::coverage::{Outline, nearest_on_border};
+use crate::geometry::{Drawn, Interpolation, batches, run_in_view};
+use crate::masked::Masked;
+use crate::piece::{Corner, Piece, Viewpoint, cut_to_slab, whole};
 use crate::surface::Hit;
+use crate::texel_search::TexelSearch;
 use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
 use farfield_grid::BitMask;
-use farfield_scene::{Material, Scene};
+use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, DVec4};
 use rayon::prelude::*;
-use std::cmp::Ordering;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// What a texel of a layer shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +114,10 @@ const BAND: usize = 16;
 /// * `borders` - ascending depths, one more than layers
 /// * `cell` - corners of the view cell in homogeneous coordinates of the world
 ///
-/// Memory follows the texels touched, not layers x resolution. Bound by texels touched.
+/// Memory follows the texels touched, in tiles of 4 x 4, not layers x resolution nor triangles:
+/// these are set up and drawn batch by batch. Bound by triangles where they are about as small as
+/// texels, each set up in about the time a plain pass of the z-buffer takes for it, and by the
+/// pairs of triangle and texel that touch where they are larger; see the crate's figures.
 ///
 /// # Panics
 ///
@@ -129,145 +134,51 @@ pub fn record(
         "{} borders hold no layer",
         borders.len()
     );
+    let task = Task {
+        scene,
+        textures,
+        camera,
+        borders,
+    };
     let pose = &camera.pose;
-    let cell: Vec<DVec4> = cell
-        .iter()
-        .map(|v| (pose.view_from_world() * (v.truncate() - pose.eye * v.w)).extend(v.w))
+    let cell: Vec<Viewpoint> = cell.iter().map(|v| Viewpoint::new(pose, *v)).collect();
+    let (width, height) = (camera.width as usize, camera.height as usize);
+    let mut bands: Vec<Band> = (0..height)
+        .step_by(BAND)
+        .map(|top| Band::new(top..height.min(top + BAND), width, borders.len() - 1))
         .collect();
-    let pieces: Vec<Piece> = all_drawn(scene)
-        .par_chunks(4096)
-        .flat_map_iter(|chunk| {
-            chunk
-                .iter()
-                .filter_map(|d| piece(scene, camera, borders, &cell, *d))
-        })
-        .collect();
-    let mut bins = vec![Vec::new(); (camera.height as usize).div_ceil(BAND)];
-    for (i, piece) in pieces.iter().enumerate() {
-        let bands = piece.rows.start / BAND..piece.rows.end.div_ceil(BAND);
-        bins[bands]
-            .iter_mut()
-            .for_each(|bin: &mut Vec<u32>| bin.push(i as u32));
-    }
-    let bands: Vec<Recording> = bins
-        .into_par_iter()
-        .enumerate()
-        .map(|(band, bin)| {
-            let rows = band * BAND..((band + 1) * BAND).min(camera.height as usize);
-            record_band(
-                scene,
-                textures,
-                camera,
-                borders,
-                rows,
-                bin.iter().map(|i| &pieces[*i as usize]),
-            )
-        })
-        .collect();
-    stacked(&bands, borders.len() - 1)
-}
-
-/// A triangle and what it can touch.
-#[derive(Clone, Debug)]
-struct Piece {
-    drawn: Drawn,
-    rows: Range<usize>,
-    layers: Range<usize>,
-    /// Whether the camera sees its front, or its back is as good.
-    front: bool,
-}
-
-/// `None` where no viewpoint of the cell can see the triangle, or the camera's extent misses it.
-fn piece(
-    scene: &Scene,
-    camera: &Camera,
-    borders: &[f64],
-    cell: &[DVec4],
-    drawn: Drawn,
-) -> Option<Piece> {
-    let corners = corners_in_view(scene, &camera.pose, drawn);
-    let [a, b, c] = corners;
-    assert!(
-        corners.iter().all(|corner| corner.z > 0.0),
-        "triangle {} of object {} does not lie before the camera",
-        drawn.triangle,
-        drawn.object
-    );
-    let normal = (b - a).cross(c - a);
-    let double_sided = material_of(scene, drawn).double_sided;
-    // In doubt it is seen: rounding of products of three lengths is far below 1e-12 of them.
-    let sees = |v: &DVec4| {
-        let doubt = 1e-12 * normal.length() * (v.truncate().length() + a.length() * v.w);
-        normal.dot(v.truncate() - a * v.w) > -doubt
-    };
-    if !double_sided && !cell.iter().any(sees) {
-        return None;
-    }
-    let texels = corners.map(|corner| camera.pixel_from_view(corner));
-    let rows = touched_rows(&texels, camera.height as usize);
-    let last = borders.len() - 2;
-    let (near, far) = (a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z));
-    // Slabs are closed: one that ends where the triangle begins holds a point of it.
-    let first = borders
-        .partition_point(|border| *border < near)
-        .saturating_sub(1)
-        .min(last);
-    let end = borders
-        .partition_point(|border| *border <= far)
-        .clamp(first + 1, last + 1);
-    (!rows.is_empty()).then(|| Piece {
-        drawn,
-        rows: *rows.start()..rows.end() + 1,
-        layers: first..end,
-        front: double_sided || normal.dot(a) <= 0.0,
-    })
-}
-
-fn material_of(scene: &Scene, drawn: Drawn) -> &Material {
-    &scene.materials[scene.triangle_materials[drawn.triangle as usize] as usize]
-}
-
-/// Records all layers of some rows.
-fn record_band<'a>(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    camera: &Camera,
-    borders: &[f64],
-    rows: Range<usize>,
-    pieces: impl Iterator<Item = &'a Piece>,
-) -> Recording {
-    let mut by_layer: Vec<(usize, &Piece)> = pieces
-        .flat_map(|piece| piece.layers.clone().map(move |layer| (layer, piece)))
-        .collect();
-    by_layer.sort_by_key(|(layer, _)| *layer);
-    let width = camera.width as usize;
-    let mut band = Band {
-        slots: vec![None; width * rows.len()],
-        touched: Vec::new(),
-        width,
-        rows,
-    };
-    let mut recording = Recording::default();
-    let mut rest = by_layer.as_slice();
-    for layer in 0..borders.len() - 1 {
-        let count = rest.iter().take_while(|(of, _)| *of == layer).count();
-        let slab = [borders[layer], borders[layer + 1]];
-        // The outermost slabs are open to the outside.
-        let near = if layer == 0 { 0.0 } else { slab[0] };
-        let far = if layer + 2 == borders.len() {
-            f64::INFINITY
-        } else {
-            slab[1]
-        };
-        for (_, piece) in &rest[..count] {
-            draw_piece(scene, textures, camera, piece, near..far, &mut band);
+    for batch in batches(scene) {
+        let pieces: Vec<Vec<Piece>> = batch
+            .par_iter()
+            .map(|run| {
+                let triangles = run_in_view(scene, pose, run);
+                triangles
+                    .filter_map(|(drawn, corners)| {
+                        Piece::new(scene, camera, borders, &cell, drawn, corners)
+                    })
+                    .collect()
+            })
+            .collect();
+        let mut bins = vec![Vec::new(); bands.len()];
+        for piece in pieces.iter().flatten() {
+            let Range { start, end } = piece.rows;
+            let bands = start as usize / BAND..(end as usize).div_ceil(BAND);
+            bins[bands]
+                .iter_mut()
+                .for_each(|bin: &mut Vec<&Piece>| bin.push(piece));
         }
-        rest = &rest[count..];
-        let start = recording.samples.len();
-        band.drain_into(&mut recording.samples);
-        recording.layers.push(start..recording.samples.len());
+        bands.par_iter_mut().zip(bins).for_each(|(band, bin)| {
+            // Centres first: what lies beside them mostly loses, and is told by a glance then.
+            for piece in bin.iter().filter(|piece| piece.may_cover_centers) {
+                draw_over_centers(&task, piece, band);
+            }
+            for piece in bin {
+                draw_beside_centers(&task, piece, band);
+            }
+        });
     }
-    recording
+    let bands: Vec<Recording> = bands.into_par_iter().map(Band::into_recording).collect();
+    stacked(&bands, borders.len() - 1)
 }
 
 /// Puts bands of rows below each other, layer by layer.
@@ -286,177 +197,205 @@ fn stacked(bands: &[Recording], layers: usize) -> Recording {
     all
 }
 
-/// The texels of one layer in some rows, while they are contested.
+/// What is recorded, and for whom.
+struct Task<'a> {
+    scene: &'a Scene,
+    textures: &'a Textures<'a>,
+    camera: &'a Camera,
+    borders: &'a [f64],
+}
+
+/// Some rows of all layers.
 struct Band {
-    slots: Vec<Option<(Rank, Sample)>>,
-    /// Slots that are set.
-    touched: Vec<usize>,
-    width: usize,
     rows: Range<usize>,
-}
-
-/// Who gives a texel its colour: the least.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Rank {
-    /// 0 front faces over the centre, 1 front faces beside it, 2 and 3 back faces alike.
-    class: u8,
-    /// Depth over the centre, squared distance to it in texels beside it.
-    distance: f64,
-}
-
-impl Rank {
-    fn is_better_than(&self, other: &Rank) -> bool {
-        let order = self
-            .class
-            .cmp(&other.class)
-            .then(self.distance.total_cmp(&other.distance));
-        order == Ordering::Less
-    }
+    width: usize,
+    contest: Contest,
+    part: Part,
 }
 
 impl Band {
-    fn drain_into(&mut self, samples: &mut Vec<Sample>) {
-        self.touched.sort_unstable();
-        for slot in self.touched.drain(..) {
-            samples.extend(self.slots[slot].take().map(|(_, sample)| sample));
+    fn new(rows: Range<usize>, width: usize, layers: usize) -> Self {
+        Self {
+            contest: Contest::new(width, rows.len(), layers),
+            rows,
+            width,
+            part: Part::default(),
         }
+    }
+
+    fn into_recording(self) -> Recording {
+        let mut recording = Recording::default();
+        for layer in 0..self.contest.layers() {
+            let start = recording.samples.len();
+            self.contest.for_each_in(layer, |x, y, rank, hit| {
+                recording.samples.push(Sample {
+                    x: x as u16,
+                    y: (self.rows.start + y) as u16,
+                    hit,
+                    occludes: rank.is_front(),
+                });
+            });
+            recording.layers.push(start..recording.samples.len());
+        }
+        recording
     }
 }
 
-/// A corner of a piece of a triangle.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// In view space.
-    point: DVec3,
-    /// Barycentric coordinates in the whole triangle.
-    weights: DVec3,
-}
-
-/// Cuts a triangle to a closed slab of depths; what remains is convex, with at most five corners,
-/// perhaps one point or a segment where the triangle only touches the slab.
-fn cut_to_slab(corners: [DVec3; 3], slab: &Range<f64>) -> Vec<Corner> {
-    let whole = [0, 1, 2].map(|i| Corner {
-        point: corners[i],
-        weights: DVec3::AXES[i],
-    });
-    let beyond_near = cut(&whole, slab.start, |z, border| z >= border);
-    cut(&beyond_near, slab.end, |z, border| z <= border)
-}
-
-fn cut(polygon: &[Corner], border: f64, keeps: fn(f64, f64) -> bool) -> Vec<Corner> {
-    let mut rest = Vec::with_capacity(5);
-    for (i, a) in polygon.iter().enumerate() {
-        let b = &polygon[(i + 1) % polygon.len()];
-        let kept = [a, b].map(|corner| keeps(corner.point.z, border));
-        if kept[0] {
-            rest.push(*a);
-        }
-        // A corner on the border is kept itself; it needs no cut point beside it.
-        if kept[0] != kept[1] && a.point.z != border && b.point.z != border {
-            rest.push(cut_point(a, b, border));
-        }
-    }
-    rest
-}
-
-/// Where an edge meets a border, the same bits from either end.
-fn cut_point(a: &Corner, b: &Corner, border: f64) -> Corner {
-    let ordered = a.point.to_array().partial_cmp(&b.point.to_array()) != Some(Ordering::Greater);
-    let (a, b) = if ordered { (a, b) } else { (b, a) };
-    let t = (border - a.point.z) / (b.point.z - a.point.z);
-    Corner {
-        point: (a.point + (b.point - a.point) * t).with_z(border),
-        weights: a.weights + (b.weights - a.weights) * t,
-    }
-}
-
-/// Contests every texel that a triangle touches within a slab.
-fn draw_piece(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    camera: &Camera,
-    piece: &Piece,
-    slab: Range<f64>,
-    band: &mut Band,
-) {
-    let Drawn { object, triangle } = piece.drawn;
-    let masked = Masked::new(scene, textures, piece.drawn);
-    let corners = corners_in_view(scene, &camera.pose, piece.drawn);
-    let interpolation = Interpolation::new(camera, corners);
-    let polygon = cut_to_slab(corners, &slab);
-    let outline: Vec<DVec2> = polygon
-        .iter()
-        .map(|corner| camera.pixel_from_view(corner.point))
-        .collect();
-
-    let mut points = Vec::new();
-    let touched = touched_rows(&outline, camera.height as usize);
-    for y in band.rows.start.max(*touched.start())..band.rows.end.min(touched.end() + 1) {
-        let over_centers = span(&outline, y as f64 + 0.5, y as f64 + 0.5);
-        for x in touched_columns(&outline, y, band.width) {
-            let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
-            let is_over = over_centers.is_some_and(|(min, max)| min <= center.x && center.x <= max);
-            let (mut weights, mut rank) = match interpolation {
-                Some(inside) if is_over => (
-                    inside.barycentric(center),
-                    Rank {
-                        class: 0,
-                        distance: inside.inverse_depth(center).recip(),
-                    },
-                ),
-                _ => {
-                    let (point, weights) = beside(&polygon, &outline, center);
-                    (
-                        weights,
-                        Rank {
-                            class: 1,
-                            distance: point.distance_squared(center),
-                        },
-                    )
-                }
-            };
-            rank.class += if piece.front { 0 } else { 2 };
-            let slot = (y - band.rows.start) * band.width + x;
-            let current = &mut band.slots[slot];
-            if current
-                .as_ref()
-                .is_some_and(|(best, _)| !rank.is_better_than(best))
-            {
-                continue;
-            }
-            if let Some(masked) = &masked
-                && !masked.is_there(weights)
-            {
-                // Something else of the texel is worth a search only while nothing occludes.
-                if current
-                    .as_ref()
-                    .is_some_and(|(_, best)| best.occludes || !piece.front)
-                {
-                    continue;
-                }
-                points.clear();
-                points.extend(polygon.iter().map(|corner| corner.weights));
-                let whole = 0..points.len();
-                let part = part_in_texel(camera, corners, &mut points, whole, center);
-                let Some(passing) = masked.some_point(&mut points, part) else {
-                    continue;
+/// Claims the texels over whose centres a triangle lies, in every slab it crosses.
+fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
+    let Some(inside) = Interpolation::new(task.camera, piece.corners) else {
+        return;
+    };
+    let masked = Masked::new(task.scene, task.textures, piece.drawn);
+    let class = Rank::class(piece.front, true);
+    for layer in piece.layers() {
+        band.part.cut(task, piece, layer);
+        let outline = band.part.outline();
+        for y in within(outline.rows(task.camera.height as usize), &band.rows) {
+            for x in outline.centers_in(y, band.width) {
+                let center = center_of(x, y);
+                let rank = Rank {
+                    class,
+                    distance: inside.inverse_depth(center).recip(),
                 };
-                weights = passing;
-                rank.class |= 1;
-                let [a, b, c] = corners;
-                let point = a * weights.x + b * weights.y + c * weights.z;
-                rank.distance = camera.pixel_from_view(point).distance_squared(center);
-            }
-            let sample = Sample {
-                x: x as u16,
-                y: y as u16,
-                hit: hit(object, triangle, weights),
-                occludes: piece.front,
-            };
-            if current.replace((rank, sample)).is_none() {
-                band.touched.push(slot);
+                let claim = band.contest.claim_mut(layer, x, y - band.rows.start);
+                if !rank.is_better_than(&claim.rank) {
+                    continue;
+                }
+                let weights = inside.barycentric(center);
+                if masked
+                    .as_ref()
+                    .is_none_or(|masked| masked.is_there(masked.place(weights)))
+                {
+                    *claim = Claim::new(rank, hit(piece.drawn, weights));
+                }
             }
         }
+    }
+}
+
+/// Claims what texels are left that a triangle touches, in every slab it crosses.
+fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
+    let mut layers = piece.layers();
+    let Some(first) = layers.find(|layer| !is_settled(task, piece, *layer, band)) else {
+        return;
+    };
+    let camera = task.camera;
+    let masked = Masked::new(task.scene, task.textures, piece.drawn);
+    let mut search = masked
+        .as_ref()
+        .map(|masked| TexelSearch::new(camera, piece.corners, masked));
+    let class = Rank::class(piece.front, false);
+    for layer in std::iter::once(first).chain(layers) {
+        if layer != first && is_settled(task, piece, layer, band) {
+            continue;
+        }
+        band.part.cut(task, piece, layer);
+        let outline = band.part.outline();
+        for y in within(outline.rows(camera.height as usize), &band.rows) {
+            // Opaque triangles have claimed what they lie over. Masked ones have tried the centre.
+            let tried = match &search {
+                Some(search) if search.sees_centers() => outline.centers_in(y, band.width),
+                _ => 0..0,
+            };
+            for x in outline.columns(y, band.width) {
+                let center = center_of(x, y);
+                let claim = band.contest.claim_mut(layer, x, y - band.rows.start);
+                if !claim.may_lose_to(class, || outline.distance_squared(center)) {
+                    continue;
+                }
+                if !tried.contains(&x) {
+                    let (point, weights) = beside(&band.part.polygon, outline.corners(), center);
+                    let rank = Rank {
+                        class,
+                        distance: point.distance_squared(center),
+                    };
+                    if !rank.is_better_than(&claim.rank) {
+                        continue;
+                    }
+                    if masked
+                        .as_ref()
+                        .is_none_or(|masked| masked.is_there(masked.place(weights)))
+                    {
+                        *claim = Claim::new(rank, hit(piece.drawn, weights));
+                        continue;
+                    }
+                }
+                // Something else of the texel is worth a search only while nothing occludes.
+                let Some(search) = &mut search else { continue };
+                if claim.rank.is_front() || (claim.is_set() && !piece.front) {
+                    continue;
+                }
+                if let Some(weights) = search.some_point(&band.part.polygon, center) {
+                    let [a, b, c] = piece.corners;
+                    let point = a * weights.x + b * weights.y + c * weights.z;
+                    let distance = camera.pixel_from_view(point).distance_squared(center);
+                    *claim = Claim::new(Rank { class, distance }, hit(piece.drawn, weights));
+                }
+            }
+        }
+    }
+}
+
+/// Whether a small triangle can claim no texel of a layer any more, whatever its class; found by
+/// the triangle's bounds, before it is cut. So end most triangles of a dense mesh.
+fn is_settled(task: &Task<'_>, piece: &Piece, layer: usize, band: &Band) -> bool {
+    let Piece { columns, rows, .. } = piece;
+    // Of longer ones the bounds hold much that they do not touch.
+    if columns.len().max(rows.len()) > 4 {
+        return false;
+    }
+    let class = Rank::class(piece.front, false);
+    let first = band.rows.start.max(rows.start as usize);
+    let end = band.rows.end.min(rows.end as usize);
+    (first..end).all(|y| {
+        columns.clone().all(|x| {
+            let center = center_of(x as usize, y);
+            let bound = || Outline::new(&piece.texels(task.camera)).distance_squared(center);
+            let claim = band.contest.claim(layer, x as usize, y - band.rows.start);
+            !claim.may_lose_to(class, bound)
+        })
+    })
+}
+
+fn center_of(x: usize, y: usize) -> DVec2 {
+    DVec2::new(x as f64 + 0.5, y as f64 + 0.5)
+}
+
+fn within(touched: RangeInclusive<usize>, rows: &Range<usize>) -> Range<usize> {
+    rows.start.max(*touched.start())..rows.end.min(touched.end() + 1)
+}
+
+/// The part of a triangle that lies in a slab, and room to cut it.
+#[derive(Debug, Default)]
+struct Part {
+    polygon: Vec<Corner>,
+    /// The same in texels.
+    texels: Vec<DVec2>,
+    beyond_near: Vec<Corner>,
+}
+
+impl Part {
+    /// Cuts a triangle to the slab of a layer.
+    fn cut(&mut self, task: &Task<'_>, piece: &Piece, layer: usize) {
+        self.texels.clear();
+        if piece.layers.len() == 1 {
+            self.polygon.clear();
+            self.polygon.extend(whole(piece.corners));
+            self.texels.extend(piece.texels(task.camera));
+            return;
+        }
+        // The first and the last slab reach as far as the triangle does.
+        let near = (layer > piece.layers().start).then(|| task.borders[layer]);
+        let far = (layer + 1 < piece.layers().end).then(|| task.borders[layer + 1]);
+        let scratch = &mut self.beyond_near;
+        cut_to_slab(piece.corners, [near, far], scratch, &mut self.polygon);
+        let in_texels = |corner: &Corner| task.camera.pixel_from_view(corner.point);
+        self.texels.extend(self.polygon.iter().map(in_texels));
+    }
+
+    fn outline(&self) -> Outline<'_> {
+        Outline::new(&self.texels)
     }
 }
 
@@ -474,37 +413,13 @@ fn beside(polygon: &[Corner], outline: &[DVec2], center: DVec2) -> (DVec2, DVec3
     )
 }
 
-/// The part of a polygon, a run of `points`, that lies in the texel around `center`; appended, as
-/// are others on the way to it.
-///
-/// * `corners` - of the triangle, in view space
-/// * `points` - barycentric coordinates
-fn part_in_texel(
-    camera: &Camera,
-    [a, b, c]: [DVec3; 3],
-    points: &mut Vec<DVec3>,
-    polygon: Range<usize>,
-    center: DVec2,
-) -> Range<usize> {
-    let [low, high] = [center - 0.5, center + 0.5].map(|p| camera.view_from_pixel(p, 1.0));
-    let [x, y, z] = [
-        DVec3::new(a.x, b.x, c.x),
-        DVec3::new(a.y, b.y, c.y),
-        DVec3::new(a.z, b.z, c.z),
-    ];
-    let sides = [x - z * low.x, z * high.x - x, y - z * low.y, z * high.y - y];
-    sides
-        .into_iter()
-        .fold(polygon, |part, side| cut_to_side(points, part, side))
-}
-
-fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
+fn hit(drawn: Drawn, weights: DVec3) -> Hit {
     // Rounding can leave the triangle by a hair; texture and alpha must not.
     let inside = weights.clamp(DVec3::ZERO, DVec3::ONE);
     let inside = inside / inside.element_sum();
     Hit {
-        object,
-        triangle,
+        object: drawn.object,
+        triangle: drawn.triangle,
         barycentric: [inside.y as f32, inside.z as f32],
     }
 }
@@ -512,6 +427,7 @@ fn hit(object: u32, triangle: u32, weights: DVec3) -> Hit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::corners_in_view;
     use crate::geometry::tests::soup;
     use crate::masked::tests::{leaves, margin};
     use farfield_scene::{AlphaMode, Filter};
@@ -676,8 +592,10 @@ mod tests {
             let [a, b, c, d] = [points[0], points[1], points[2], points[3]];
             let cuts = |scene: &Scene, triangle: u32, layer: usize| {
                 let corners = corners_in_view(scene, &camera().pose, Drawn { object: 0, triangle });
-                let slab = BORDERS[layer]..BORDERS[layer + 1];
-                cut_to_slab(corners, &slab).into_iter()
+                let slab = [BORDERS[layer], BORDERS[layer + 1]].map(Some);
+                let mut polygon = Vec::new();
+                cut_to_slab(corners, slab, &mut Vec::new(), &mut polygon);
+                polygon.into_iter()
                     .filter(|corner| corner.point.z == BORDERS[1])
                     .map(|corner| corner.point.to_array().map(f64::to_bits)).collect::<Vec<_>>()
             };

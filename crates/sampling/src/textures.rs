@@ -333,6 +333,9 @@ fn wrapped(i: i64, size: u32, wrap: Wrap) -> u32 {
 /// second often empty; in doubt all.
 fn wrapped_runs(texels: Range<i64>, size: u32, wrap: Wrap) -> [Range<usize>; 2] {
     let all = size as usize;
+    if texels.start >= 0 && texels.end <= i64::from(size) {
+        return [texels.start as usize..texels.end as usize, 0..0];
+    }
     let texel = |i: i64| wrapped(i, size, wrap) as usize;
     let (first, last) = (texel(texels.start), texel(texels.end - 1));
     let tile = |i: i64| i.div_euclid(i64::from(size));

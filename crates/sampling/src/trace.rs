@@ -1,6 +1,5 @@
 //! Where rays meet a scene's triangles.
 
-use crate::geometry::all_drawn;
 use farfield_scene::Scene;
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -31,11 +30,13 @@ pub struct Tracer {
 impl Tracer {
     /// Prepares all triangles of all objects.
     pub fn new(scene: &Scene) -> Self {
-        let triangles: Vec<[DVec3; 3]> = all_drawn(scene)
-            .iter()
-            .map(|drawn| {
-                let vertices = scene.triangle_in(drawn.object, drawn.triangle);
-                vertices.map(|vertex| scene.world_position(drawn.object, vertex))
+        let triangles: Vec<[DVec3; 3]> = (0..scene.objects.len() as u32)
+            .flat_map(|object| {
+                let triangles = scene.mesh_of(object).triangles.clone();
+                triangles.map(move |triangle| {
+                    let vertices = scene.triangle_in(object, triangle);
+                    vertices.map(|vertex| scene.world_position(object, vertex))
+                })
             })
             .collect();
         let [min, max] = scene.bounds().unwrap_or_default();

@@ -78,6 +78,7 @@ impl Camera {
     }
 
     /// Width and height of a pixel per unit of depth.
+    #[inline]
     pub fn pixel_size(&self) -> DVec2 {
         self.extent.size() / DVec2::new(f64::from(self.width), f64::from(self.height))
     }
@@ -99,11 +100,13 @@ impl Camera {
     /// Pixel coordinates of a point in view space; pixel (i, j) covers [i, i+1] x [j, j+1].
     ///
     /// Meaningful only for a positive depth z.
+    #[inline]
     pub fn pixel_from_view(&self, point: DVec3) -> DVec2 {
         (DVec2::new(point.x, point.y) / point.z - self.extent.min) / self.pixel_size()
     }
 
     /// The point of view space that pixel coordinates show at a depth.
+    #[inline]
     pub fn view_from_pixel(&self, pixel: DVec2, depth: f64) -> DVec3 {
         let slope = self.extent.min + pixel * self.pixel_size();
         (slope * depth).extend(depth)

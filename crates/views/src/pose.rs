@@ -47,11 +47,13 @@ impl Pose {
     }
 
     /// The rotation that takes directions in the world to view space.
+    #[inline]
     pub fn view_from_world(&self) -> DMat3 {
         DMat3::from_cols(self.right, self.down, self.forward).transpose()
     }
 
     /// A point of the world in view space.
+    #[inline]
     pub fn point_in_view(&self, point: DVec3) -> DVec3 {
         self.view_from_world() * (point - self.eye)
     }
