@@ -3,6 +3,7 @@
 mod gltf;
 mod normals;
 mod notes;
+mod pictures;
 mod read;
 mod recentre;
 

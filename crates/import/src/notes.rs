@@ -11,7 +11,6 @@ pub(crate) enum Note {
     PointsOrLines,
     NoPositions,
     FlatObjects,
-    GpuInstancing,
     Skinned,
     Morphed,
     Rotations,
@@ -33,9 +32,6 @@ impl fmt::Display for Note {
             Self::PointsOrLines => "primitives of points or lines, dropped",
             Self::NoPositions => "primitives without positions, dropped",
             Self::FlatObjects => "objects scaled to nothing along an axis, dropped",
-            Self::GpuInstancing => {
-                "nodes with EXT_mesh_gpu_instancing, read as one object each"
-            }
             Self::Skinned => "skinned objects, read as if they had no skin",
             Self::Morphed => "objects of morphed meshes, read without morphing",
             Self::Rotations => "rotations of another length than 1, brought to it",
