@@ -19,15 +19,11 @@ mod uri;
 
 pub use error::GltfError;
 
-use crate::Imported;
 use crate::notes::{Note, Notes};
+use crate::{Imported, Load};
 use farfield_scene::{Object, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeSet;
-use std::io;
-
-/// Fetches a file by its path relative to the glTF file, with `/` between folders.
-pub type Load<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 
 /// The default scene of a glTF 2.0 file, .gltf or .glb.
 ///

@@ -8,7 +8,9 @@ use std::fmt;
 pub(crate) enum Note {
     DegenerateTriangles,
     IncompleteTriangles,
+    IncompleteFaces,
     PointsOrLines,
+    FreeForm,
     NoPositions,
     FlatObjects,
     Skinned,
@@ -22,6 +24,9 @@ pub(crate) enum Note {
     NoImage,
     Factors,
     SpecularGlossiness,
+    NoMaterial,
+    TextureOptions,
+    PlyTextures,
 }
 
 impl fmt::Display for Note {
@@ -29,6 +34,11 @@ impl fmt::Display for Note {
         f.write_str(match self {
             Self::DegenerateTriangles => "triangles without area, dropped",
             Self::IncompleteTriangles => "primitives with an incomplete last triangle, which was dropped",
+            Self::IncompleteFaces => "faces of fewer than three corners, dropped",
+            Self::FreeForm => "free-form curves and surfaces, left out",
+            Self::NoMaterial => "materials that no library has, replaced by white ones",
+            Self::PlyTextures => "textures named in comments, left out",
+            Self::TextureOptions => "textures with options, which were ignored",
             Self::PointsOrLines => "primitives of points or lines, dropped",
             Self::NoPositions => "primitives without positions, dropped",
             Self::FlatObjects => "objects scaled to nothing along an axis, dropped",

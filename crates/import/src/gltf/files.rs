@@ -1,8 +1,9 @@
 //! Fetches what a document refers to: its buffers, and other files.
 
+use super::GltfError;
 use super::document::Document;
 use super::uri::{Target, decode_uri};
-use super::{GltfError, Load};
+use crate::Load;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
