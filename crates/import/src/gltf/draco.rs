@@ -267,3 +267,243 @@ fn encode(numbers: &[f32], component: Component) -> Vec<u8> {
         Component::F32 => numbers.flat_map(|n| n.to_le_bytes()).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gltf::testing::{Binary, read};
+    use draco_core::{
+        DataType, EncoderBuffer, EncoderOptions, FaceIndex, GeometryAttributeType, MeshEncoder,
+        PointAttribute, PointIndex,
+    };
+    use glam::Vec3;
+    use proptest::prelude::*;
+    use serde_json::{Value, json};
+
+    /// How a stream is made.
+    #[derive(Clone, Copy, Debug)]
+    struct Way {
+        /// Along the mesh's edges, or one by one.
+        edgebreaker: bool,
+        /// 0 shrinks most, 10 is quickest.
+        speed: i32,
+        /// Of positions; 0 keeps floats.
+        bits: i32,
+    }
+
+    fn attribute(kind: GeometryAttributeType, values: &[Vec<f32>]) -> PointAttribute {
+        let components = values[0].len();
+        let mut attribute = PointAttribute::new();
+        attribute.init(
+            kind,
+            components as u8,
+            DataType::Float32,
+            false,
+            values.len(),
+        );
+        for (i, value) in values.iter().enumerate() {
+            let bytes: Vec<u8> = value.iter().flat_map(|c| c.to_le_bytes()).collect();
+            attribute.buffer_mut().write(i * 4 * components, &bytes);
+        }
+        attribute
+    }
+
+    /// Attribute 0 are positions, attribute 1 texture coordinates.
+    fn stream(positions: &[[f32; 3]], triangles: &[[u32; 3]], way: Way) -> Vec<u8> {
+        let mut mesh = Mesh::new();
+        let points: Vec<Vec<f32>> = positions.iter().map(|p| p.to_vec()).collect();
+        let uvs: Vec<Vec<f32>> = positions
+            .iter()
+            .map(|p| vec![p[0] * 0.125, p[1] * 0.125])
+            .collect();
+        mesh.set_num_points(positions.len());
+        mesh.add_attribute(attribute(GeometryAttributeType::Position, &points));
+        mesh.add_attribute(attribute(GeometryAttributeType::TexCoord, &uvs));
+        mesh.set_num_faces(triangles.len());
+        for (i, triangle) in triangles.iter().enumerate() {
+            mesh.set_face(FaceIndex(i as u32), triangle.map(PointIndex));
+        }
+        let mut options = EncoderOptions::new();
+        options.set_global_int("encoding_speed", way.speed);
+        options.set_global_int("decoding_speed", way.speed);
+        options.set_encoding_method(way.edgebreaker.into());
+        options.set_attribute_quantization(0, way.bits);
+        options.set_attribute_quantization(1, 0);
+        let mut encoder = MeshEncoder::new();
+        encoder.set_mesh(mesh);
+        let mut out = EncoderBuffer::new();
+        encoder.encode(&options, &mut out).unwrap();
+        out.data().to_vec()
+    }
+
+    /// A sheet of 4 x 4 vertices.
+    fn sheet() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+        let positions = (0..16u8)
+            .map(|i| [f32::from(i % 4), f32::from(i / 4), f32::from(i % 3)])
+            .collect();
+        let triangles = (0..9)
+            .map(|i| i / 3 * 4 + i % 3)
+            .flat_map(|v| [[v, v + 1, v + 4], [v + 1, v + 5, v + 4]])
+            .collect();
+        (positions, triangles)
+    }
+
+    fn file(
+        stream: &[u8],
+        vertices: usize,
+        triangles: usize,
+        change: impl FnOnce(&mut Value),
+    ) -> Vec<u8> {
+        let mut binary = Binary::default();
+        let view = binary.view(stream);
+        let accessor = |code: u32, shape: &str, count: usize| json!({"componentType": code, "type": shape, "count": count});
+        let mut document = binary.document(json!({
+            "extensionsRequired": ["KHR_draco_mesh_compression"],
+            "accessors": [accessor(5126, "VEC3", vertices), accessor(5126, "VEC2", vertices),
+                accessor(5123, "SCALAR", 3 * triangles)],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0,
+                "extensions": {"KHR_draco_mesh_compression": {"bufferView": view,
+                    "attributes": {"POSITION": 0, "TEXCOORD_0": 1}}}}]}],
+            "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+            "textures": [{"source": 0}],
+            "images": [{"uri": crate::gltf::testing::PIXEL}],
+        }));
+        change(&mut document);
+        crate::gltf::testing::glb(&document, &binary.bytes)
+    }
+
+    /// Corners of all triangles, each first corner the least.
+    fn soup(triangles: impl Iterator<Item = [[i32; 3]; 3]>) -> Vec<[[i32; 3]; 3]> {
+        let mut all: Vec<_> = triangles
+            .map(|mut t| {
+                let first = (0..3).min_by_key(|&i| t[i]).unwrap();
+                t.rotate_left(first);
+                t
+            })
+            .collect();
+        all.sort_unstable();
+        all
+    }
+
+    proptest! {
+        /// What a scene draws are the triangles that were encoded, in whatever way, and each corner
+        /// has its own texture coordinate.
+        #[test]
+        fn triangles_come_out_as_they_went_in(
+            keep in prop::collection::vec(any::<bool>(), 18),
+            edgebreaker in any::<bool>(),
+            speed in 0..11i32,
+            bits in prop::sample::select(vec![0, 14]),
+        ) {
+            let (positions, triangles) = sheet();
+            let triangles: Vec<[u32; 3]> = triangles.into_iter().zip(keep).filter(|(_, k)| *k).map(|(t, _)| t).collect();
+            prop_assume!(!triangles.is_empty());
+            let stream = stream(&positions, &triangles, Way { edgebreaker, speed, bits });
+            let scene = read(&file(&stream, 16, triangles.len(), |_| {})).unwrap().scene;
+            let whole = |p: [f32; 3]| p.map(|c| (c * 64.0).round() as i32);
+            let expected = soup(triangles.iter().map(|t| t.map(|v| whole(positions[v as usize]))));
+            let drawn = soup(scene.triangles.iter().map(|t| t.map(|v| whole(scene.positions[v as usize].to_array()))));
+            prop_assert_eq!(drawn, expected);
+            for (position, uv) in scene.positions.iter().zip(&scene.uvs) {
+                // Steps of 14 bits over 3 metres.
+                prop_assert!((position.truncate() * 0.125 - uv).length() < 1e-3, "{} at {}", uv, position);
+            }
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        /// Streams with bytes changed or cut off are refused or read soundly.
+        #[test]
+        fn damaged_streams_do_no_harm(
+            edgebreaker in any::<bool>(),
+            speed in prop::sample::select(vec![0, 5, 10]),
+            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+            length in prop::option::of(any::<prop::sample::Index>()),
+        ) {
+            let (positions, triangles) = sheet();
+            let mut stream = stream(&positions, &triangles, Way { edgebreaker, speed, bits: 11 });
+            for (at, byte) in changes {
+                let at = at.index(stream.len());
+                stream[at] = byte;
+            }
+            if let Some(length) = length {
+                stream.truncate(length.index(stream.len()));
+            }
+            let _ = read(&file(&stream, 16, 18, |_| {}));
+        }
+    }
+
+    const WAY: Way = Way {
+        edgebreaker: true,
+        speed: 5,
+        bits: 14,
+    };
+
+    #[test]
+    fn faults_are_told_with_their_places() {
+        let (positions, triangles) = sheet();
+        let sound = stream(&positions, &triangles, WAY);
+        let refusal = |triangles: usize, change: fn(&mut Value)| {
+            read(&file(&sound, 16, triangles, change))
+                .unwrap_err()
+                .to_string()
+        };
+        let primitive = "meshes[0].primitives[0]";
+        let extension = format!("{primitive}.extensions.KHR_draco_mesh_compression");
+        for (message, expected) in [
+            (refusal(17, |_| {}), format!("{extension}: ")),
+            (
+                refusal(18, |d| d["meshes"][0]["primitives"][0]["mode"] = json!(1)),
+                format!("{primitive}.mode: 1"),
+            ),
+            (
+                refusal(18, |d| {
+                    d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["bufferView"] =
+                        json!(7)
+                }),
+                format!("{extension}.bufferView: 7 does not exist"),
+            ),
+            (
+                refusal(18, |d| {
+                    d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]
+                        ["POSITION"] = json!(7)
+                }),
+                format!("{extension}: has no attribute 7 (POSITION)"),
+            ),
+            (
+                refusal(18, |d| {
+                    d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]
+                        ["TEXCOORD_0"] = json!(0)
+                }),
+                format!("{extension}: attribute 0 (TEXCOORD_0) has 3 components"),
+            ),
+        ] {
+            assert!(
+                message.starts_with(&expected),
+                "{message}, expected {expected}"
+            );
+        }
+        let message = read(&file(b"DRACO", 16, 18, |_| {}))
+            .unwrap_err()
+            .to_string();
+        assert!(message.starts_with(&extension), "{message}");
+    }
+
+    /// What stands there uncompressed as well is read so.
+    #[test]
+    fn accessors_with_bytes_are_preferred() {
+        let (positions, triangles) = sheet();
+        let mut binary = Binary::default();
+        let view = binary.view(&stream(&positions, &triangles, WAY));
+        let plain = binary.floats(&[[0.0; 3], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0]]);
+        let scene = read(&binary.file(json!({
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": plain}, "extensions":
+                {"KHR_draco_mesh_compression": {"bufferView": view, "attributes": {"POSITION": 0}}}}]}],
+        })));
+        assert_eq!(scene.unwrap().scene.positions[1], Vec3::X * 5.0);
+    }
+}

@@ -119,3 +119,161 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, String> {
         texels: texels.as_chunks().0.to_vec(),
     })
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A UASTC block of one colour: mode 8, whose code is 10111, then red, green, blue and alpha.
+    fn block(texel: [u8; 4]) -> [u8; 16] {
+        (0x17 | u128::from(u32::from_le_bytes(texel)) << 5).to_le_bytes()
+    }
+
+    /// A zstd frame of up to 255 bytes as they are.
+    fn zstd(bytes: &[u8]) -> Vec<u8> {
+        let block = (bytes.len() as u32) << 3 | 1;
+        let mut frame = vec![0x28, 0xB5, 0x2F, 0xFD, 0x20, bytes.len() as u8];
+        frame.extend(&block.to_le_bytes()[..3]);
+        frame.extend(bytes);
+        frame
+    }
+
+    /// A file of one UASTC level with blocks of the given colours, row by row.
+    pub(crate) fn file(
+        width: u32,
+        height: u32,
+        blocks: &[[u8; 4]],
+        supercompression: u32,
+    ) -> Vec<u8> {
+        let plain: Vec<u8> = blocks.iter().flat_map(|&texel| block(texel)).collect();
+        let data = match supercompression {
+            ZSTANDARD => zstd(&plain),
+            _ => plain.clone(),
+        };
+        let mut file = IDENTIFIER.to_vec();
+        // From the format on: one level, then data format, keys and tables.
+        for word in [
+            0,
+            1,
+            width,
+            height,
+            0,
+            0,
+            1,
+            1,
+            supercompression,
+            104,
+            44,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+        ] {
+            file.extend(word.to_le_bytes());
+        }
+        for long in [160, data.len() as u64, plain.len() as u64] {
+            file.extend(long.to_le_bytes());
+        }
+        // UASTC in sRGB, blocks of 4 x 4 in 16 bytes, one sample of red, green, blue and alpha.
+        let descriptor = [
+            44,
+            0,
+            2 | 40 << 16,
+            u32::from(UASTC) | 1 << 8 | 2 << 16,
+            0x0303,
+            16,
+            0,
+            3 << 24 | 127 << 16,
+            0,
+            0,
+            u32::MAX,
+        ];
+        for word in descriptor {
+            file.extend(word.to_le_bytes());
+        }
+        file.resize(160, 0);
+        file.extend(data);
+        file
+    }
+
+    proptest! {
+        /// Blocks of one colour come out as they went in, with and without supercompression.
+        #[test]
+        fn blocks_come_out_as_they_went_in(
+            blocks in prop::collection::vec(any::<[u8; 4]>(), 6),
+            crop in prop::array::uniform2(0..4u32),
+            supercompression in prop::sample::select(vec![NONE, ZSTANDARD]),
+        ) {
+            let [width, height] = [12 - crop[0], 8 - crop[1]];
+            let file = file(width, height, &blocks, supercompression);
+            prop_assert_eq!(check_header(&file), Ok([width, height]));
+            let image = decode(&file).unwrap();
+            prop_assert_eq!(image.texels.len() as u32, width * height);
+            for (i, texel) in image.texels.iter().enumerate() {
+                let (x, y) = (i as u32 % width, i as u32 / width);
+                prop_assert_eq!(*texel, blocks[(y / 4 * 3 + x / 4) as usize], "at {}, {}", x, y);
+            }
+        }
+
+        /// A file with bytes changed or cut off is refused or has all its texels.
+        #[test]
+        fn damaged_bytes_do_no_harm(
+            supercompression in prop::sample::select(vec![NONE, ZSTANDARD]),
+            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4),
+            length in prop::option::of(any::<prop::sample::Index>()),
+        ) {
+            let mut file = file(8, 4, &[[1, 2, 3, 4], [5, 6, 7, 8]], supercompression);
+            for (at, byte) in changes {
+                let at = at.index(file.len());
+                file[at] = byte;
+            }
+            if let Some(length) = length {
+                file.truncate(length.index(file.len()));
+            }
+            if let Ok([width, height]) = super::super::check_size(&file) {
+                if let Ok(image) = super::super::decode(&file) {
+                    prop_assert_eq!(image.texels.len() as u64, u64::from(width) * u64::from(height));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn faults_are_told() {
+        let sound = file(8, 4, &[[1, 2, 3, 4], [5, 6, 7, 8]], ZSTANDARD);
+        assert!(check_header(&sound).is_ok());
+        let refusal = |at: usize, value: u32| {
+            let mut file = sound.clone();
+            file[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            check_header(&file).unwrap_err()
+        };
+        for (message, expected) in [
+            (refusal(20, 0), "is no single two-dimensional picture"),
+            (refusal(28, 1), "is no single two-dimensional picture"),
+            (refusal(36, 6), "is no single two-dimensional picture"),
+            (refusal(40, 17), "has 17 levels"),
+            (refusal(44, 3), "has supercompression 3"),
+            (refusal(48, 1 << 30), "was cut off or damaged"),
+            (refusal(52, 40), "has no data format descriptor"),
+            (refusal(80, 1 << 30), "was cut off or damaged"),
+            // What would be inflated to more than the picture has.
+            (
+                refusal(96, 1 << 30),
+                "has a level of detail 0 of another size",
+            ),
+            (refusal(116, 1), "is no Basis Universal texture"),
+        ] {
+            assert!(
+                message.starts_with(expected),
+                "{message}, expected {expected}"
+            );
+        }
+        let message = check_header(&sound[..70]).unwrap_err();
+        assert!(message.starts_with("ends after 70 bytes"), "{message}");
+        let message = decode(&sound[..sound.len() - 1]).unwrap_err();
+        assert!(message.contains("cut off"), "{message}");
+    }
+}
