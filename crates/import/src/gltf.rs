@@ -589,6 +589,40 @@ mod tests {
         assert_eq!(scene.positions.len(), 3);
     }
 
+    /// Textures of extensions are read where there is no plain one.
+    #[test]
+    fn textures_of_extensions_are_read() {
+        let webp = encode(
+            image::RgbaImage::from_pixel(4, 4, image::Rgba([1, 2, 3, 4])),
+            ImageFormat::WebP,
+        );
+        let ktx2 = crate::pictures::ktx2::tests::file(4, 4, &[[5, 6, 7, 8]], 0);
+        for (name, bytes, texel) in [
+            ("EXT_texture_webp", webp, [1, 2, 3, 4]),
+            ("KHR_texture_basisu", ktx2, [5, 6, 7, 8]),
+        ] {
+            for has_plain in [true, false] {
+                let (mut document, binary) = example();
+                document["extensionsUsed"] = json!([name]);
+                let images = document["images"].as_array_mut().unwrap();
+                images.push(json!({"uri": "a.picture"}));
+                let mut texture = json!({"extensions": {name: {"source": 2}}});
+                if has_plain {
+                    texture["source"] = json!(0);
+                }
+                document["textures"][0] = texture;
+                let mut load = |_: &str| Ok(bytes.clone());
+                let scene = read_gltf(&glb(&document, &binary), &mut load)
+                    .unwrap()
+                    .scene;
+                let texture = scene.materials[0].base_color_texture.unwrap();
+                let image = &scene.images[scene.textures[texture as usize].image as usize];
+                let expected = if has_plain { [10, 20, 30, 40] } else { texel };
+                assert_eq!(image.texels[0], expected, "{name}");
+            }
+        }
+    }
+
     /// Every kind of picture becomes 8-bit RGBA.
     #[test]
     fn pictures_of_all_depths_are_read() {

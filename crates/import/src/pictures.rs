@@ -1,6 +1,6 @@
 //! Decodes pictures, within limits.
 
-mod ktx2;
+pub(crate) mod ktx2;
 
 use farfield_scene::Image;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};

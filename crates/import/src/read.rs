@@ -158,6 +158,41 @@ mod tests {
     }
 
     #[test]
+    fn formats_are_told_by_content_and_obj_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let corners = "0 0 0\n1 0 0\n0 1 0\n";
+        let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+            property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+        let ply = format!("{header}{corners}3 0 1 2\n");
+        let obj = "mtllib a b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        fs::write(folder.path().join("a b.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+        for (name, content) in [("a.obj", ply.as_str()), ("b.OBJ", obj), ("c", ply.as_str())] {
+            let path = folder.path().join(name);
+            fs::write(&path, content).unwrap();
+            let imported = read(&path).unwrap();
+            assert_eq!(imported.scene.drawn_triangles(), 1, "{name}");
+            let files = if name == "b.OBJ" {
+                vec!["a b.mtl"]
+            } else {
+                vec![]
+            };
+            assert_eq!(imported.files, files);
+        }
+        let path = folder.path().join("d.txt");
+        fs::write(&path, obj).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(
+            message.contains("none of glTF, GLB, PLY and OBJ"),
+            "{message}"
+        );
+        let path = folder.path().join("e.obj");
+        fs::write(&path, "v 0 0\n").unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        let expected = format!("{}: line 1: v has 2 numbers", path.display());
+        assert!(message.starts_with(&expected), "{message}");
+    }
+
+    #[test]
     fn what_is_no_scene_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("scene.glb");

@@ -362,7 +362,7 @@ mod tests {
             "accessors": [accessor(5126, "VEC3", vertices), accessor(5126, "VEC2", vertices),
                 accessor(5123, "SCALAR", 3 * triangles)],
             "nodes": [{"mesh": 0}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0,
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0, "mode": 4,
                 "extensions": {"KHR_draco_mesh_compression": {"bufferView": view,
                     "attributes": {"POSITION": 0, "TEXCOORD_0": 1}}}}]}],
             "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
@@ -446,41 +446,49 @@ mod tests {
     fn faults_are_told_with_their_places() {
         let (positions, triangles) = sheet();
         let sound = stream(&positions, &triangles, WAY);
-        let refusal = |triangles: usize, change: fn(&mut Value)| {
+        let refusal = |triangles: usize, pointer: &str, value: Value| {
+            let change = |document: &mut Value| *document.pointer_mut(pointer).unwrap() = value;
             read(&file(&sound, 16, triangles, change))
                 .unwrap_err()
                 .to_string()
         };
-        let primitive = "meshes[0].primitives[0]";
-        let extension = format!("{primitive}.extensions.KHR_draco_mesh_compression");
-        for (message, expected) in [
-            (refusal(17, |_| {}), format!("{extension}: ")),
+        let place = "meshes[0].primitives[0]";
+        let extension = format!("{place}.extensions.KHR_draco_mesh_compression");
+        let pointer = "/meshes/0/primitives/0";
+        let inside = format!("{pointer}/extensions/KHR_draco_mesh_compression");
+        for (triangles, pointer, value, expected) in [
             (
-                refusal(18, |d| d["meshes"][0]["primitives"][0]["mode"] = json!(1)),
-                format!("{primitive}.mode: 1"),
+                17,
+                "/asset/version".into(),
+                json!("2.0"),
+                format!("{extension}: "),
             ),
             (
-                refusal(18, |d| {
-                    d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["bufferView"] =
-                        json!(7)
-                }),
+                18,
+                format!("{pointer}/mode"),
+                json!(1),
+                format!("{place}.mode: 1"),
+            ),
+            (
+                18,
+                format!("{inside}/bufferView"),
+                json!(7),
                 format!("{extension}.bufferView: 7 does not exist"),
             ),
             (
-                refusal(18, |d| {
-                    d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]
-                        ["POSITION"] = json!(7)
-                }),
+                18,
+                format!("{inside}/attributes/POSITION"),
+                json!(7),
                 format!("{extension}: has no attribute 7 (POSITION)"),
             ),
             (
-                refusal(18, |d| {
-                    d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]
-                        ["TEXCOORD_0"] = json!(0)
-                }),
-                format!("{extension}: attribute 0 (TEXCOORD_0) has 3 components"),
+                18,
+                format!("{inside}/attributes/TEXCOORD_0"),
+                json!(0),
+                format!("{extension}: attribute 0 (TEXCOORD_0) has 3"),
             ),
         ] {
+            let message = refusal(triangles, &pointer, value);
             assert!(
                 message.starts_with(&expected),
                 "{message}, expected {expected}"

@@ -145,10 +145,8 @@ mod tests {
                 }
             };
             binary.accessors[rotations]["normalized"] = json!(!matches!(stored, Stored::Floats));
-            let of = |get: fn(&([i8; 3], [i8; 4], [i8; 3])) -> [i8; 3]| -> Vec<[f32; 3]> {
-                instances.iter().map(|i| get(i).map(f32::from)).collect()
-            };
-            let (moves, scales) = (of(|i| i.0), of(|i| i.2));
+            let moves: Vec<[f32; 3]> = instances.iter().map(|i| i.0.map(f32::from)).collect();
+            let scales: Vec<[f32; 3]> = instances.iter().map(|i| i.2.map(f32::from)).collect();
             let accessors = [binary.floats(&moves), rotations, binary.floats(&scales)];
             let mut attributes = json!({});
             for (i, name) in ["TRANSLATION", "ROTATION", "SCALE"].into_iter().enumerate() {

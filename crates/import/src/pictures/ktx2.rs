@@ -233,10 +233,9 @@ pub(crate) mod tests {
             if let Some(length) = length {
                 file.truncate(length.index(file.len()));
             }
-            if let Ok([width, height]) = super::super::check_size(&file) {
-                if let Ok(image) = super::super::decode(&file) {
-                    prop_assert_eq!(image.texels.len() as u64, u64::from(width) * u64::from(height));
-                }
+            let read = || Some((super::super::check_size(&file).ok()?, super::super::decode(&file).ok()?));
+            if let Some(([width, height], image)) = read() {
+                prop_assert_eq!(image.texels.len() as u64, u64::from(width) * u64::from(height));
             }
         }
     }
