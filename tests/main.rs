@@ -3,6 +3,7 @@
 mod bad_input;
 mod determinism;
 mod house;
+mod import;
 mod models;
 mod occlusion;
 mod sabotage;

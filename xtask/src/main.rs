@@ -29,7 +29,7 @@ enum Command {
 
 #[derive(Args)]
 struct BakeArgs {
-    /// A .glb or .gltf file; without it the built-in house is baked.
+    /// A glTF (.glb, .gltf), OBJ or PLY file; without it the built-in house is baked.
     scene: Option<PathBuf>,
     /// How the impostor is made.
     #[arg(long, value_enum, default_value_t = Technique::Layered)]

@@ -4,11 +4,14 @@ mod accessors;
 mod check;
 mod container;
 mod document;
+mod draco;
 mod error;
 mod files;
 mod images;
+mod instances;
 mod materials;
 mod meshes;
+mod meshopt;
 mod nodes;
 #[cfg(test)]
 mod testing;
@@ -16,15 +19,11 @@ mod uri;
 
 pub use error::GltfError;
 
-use crate::Imported;
 use crate::notes::{Note, Notes};
+use crate::{Imported, Load};
 use farfield_scene::{Object, Scene};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeSet;
-use std::io;
-
-/// Fetches a file by its path relative to the glTF file, with `/` between folders.
-pub type Load<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 
 /// The default scene of a glTF 2.0 file, .gltf or .glb.
 ///
@@ -44,7 +43,7 @@ pub type Load<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 /// found wrong is told with its place.
 pub fn read_gltf(bytes: &[u8], load: &mut Load<'_>) -> Result<Imported, GltfError> {
     let container = container::open_container(bytes)?;
-    let document = document::parse_document(container.json)?;
+    let mut document = document::parse_document(container.json)?;
     check::check_document(&document)?;
 
     let mut notes = Notes::default();
@@ -59,8 +58,12 @@ pub fn read_gltf(bytes: &[u8], load: &mut Load<'_>) -> Result<Imported, GltfErro
         load(path)
     };
     let mut files = files::Files::new(&mut load);
-    let buffers = files::Buffers::load(&document, container.binary, &mut files)?;
+    let mut buffers = files::Buffers::load(&document, container.binary, &mut files)?;
     let size = bytes.len() as u64 + buffers.size();
+    meshopt::decode_views(&document, &mut buffers, size)?;
+    draco::decode_primitives(&mut document, &wanted, &mut buffers, size)?;
+    let size = bytes.len() as u64 + buffers.size();
+    let nodes = instances::place_instances(&document, nodes, &buffers, size, &mut notes)?;
     let (images, slots) =
         images::read_images(&document, &looks.images, &buffers, &mut files, size)?;
     let mut scene = Scene::default();
@@ -134,23 +137,13 @@ fn name_of(document: &document::Document, node: usize, mesh: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::testing::{Binary, encode, example, glb};
+    use super::testing::{Binary, encode, example, glb, read};
     use super::*;
     use farfield_scene::{AlphaMode, Filter, Wrap};
     use glam::{DVec3, Vec2, Vec3, Vec4};
     use image::ImageFormat;
     use proptest::prelude::*;
     use serde_json::{Value, json};
-
-    fn nothing_beside(path: &str) -> io::Result<Vec<u8>> {
-        Err(io::Error::new(io::ErrorKind::NotFound, path.to_owned()))
-    }
-
-    fn read(file: &[u8]) -> Result<Imported, GltfError> {
-        let imported = read_gltf(file, &mut nothing_beside)?;
-        imported.scene.check().unwrap();
-        Ok(imported)
-    }
 
     #[test]
     fn a_file_with_everything_reads_as_it_was_meant() {
@@ -403,7 +396,7 @@ mod tests {
 /samplers/0/wrapT = 1 -> samplers[0].wrapT: 1
 /samplers/0/minFilter = 1 -> samplers[0].minFilter: 1
 /samplers/0/magFilter = 9984 -> samplers[0].magFilter: 9984
-/images/0/bufferView = 0 -> images[0]: is neither PNG nor JPEG
+/images/0/bufferView = 0 -> images[0]: is none of PNG, JPEG
 /images/0 = {} -> images[0]: has neither uri nor bufferView
 /images/1/uri = "/etc/passwd" -> images[1].uri: the URI "/etc/passwd" is absolute"#;
 
@@ -430,14 +423,11 @@ mod tests {
     #[test]
     fn all_unsupported_extensions_are_named() {
         let (mut document, binary) = example();
-        document["extensionsRequired"] = json!([
-            "KHR_draco_mesh_compression",
-            "KHR_materials_unlit",
-            "EXT_new"
-        ]);
+        document["extensionsRequired"] =
+            json!(["MSFT_texture_dds", "KHR_materials_unlit", "EXT_new"]);
         let message = read(&glb(&document, &binary)).unwrap_err().to_string();
         assert!(
-            message.contains("KHR_draco_mesh_compression, EXT_new are not supported"),
+            message.contains("MSFT_texture_dds, EXT_new are not supported"),
             "{message}"
         );
         document["extensionsRequired"] = json!(check::EXTENSIONS);
@@ -597,6 +587,40 @@ mod tests {
         let mask = AlphaMode::Mask { cutoff: 0.24 };
         assert!(scene.materials.iter().all(|m| m.unlit && m.alpha == mask));
         assert_eq!(scene.positions.len(), 3);
+    }
+
+    /// Textures of extensions are read where there is no plain one.
+    #[test]
+    fn textures_of_extensions_are_read() {
+        let webp = encode(
+            image::RgbaImage::from_pixel(4, 4, image::Rgba([1, 2, 3, 4])),
+            ImageFormat::WebP,
+        );
+        let ktx2 = crate::pictures::ktx2::tests::file(4, 4, &[[5, 6, 7, 8]], 0);
+        for (name, bytes, texel) in [
+            ("EXT_texture_webp", webp, [1, 2, 3, 4]),
+            ("KHR_texture_basisu", ktx2, [5, 6, 7, 8]),
+        ] {
+            for has_plain in [true, false] {
+                let (mut document, binary) = example();
+                document["extensionsUsed"] = json!([name]);
+                let images = document["images"].as_array_mut().unwrap();
+                images.push(json!({"uri": "a.picture"}));
+                let mut texture = json!({"extensions": {name: {"source": 2}}});
+                if has_plain {
+                    texture["source"] = json!(0);
+                }
+                document["textures"][0] = texture;
+                let mut load = |_: &str| Ok(bytes.clone());
+                let scene = read_gltf(&glb(&document, &binary), &mut load)
+                    .unwrap()
+                    .scene;
+                let texture = scene.materials[0].base_color_texture.unwrap();
+                let image = &scene.images[scene.textures[texture as usize].image as usize];
+                let expected = if has_plain { [10, 20, 30, 40] } else { texel };
+                assert_eq!(image.texels[0], expected, "{name}");
+            }
+        }
     }
 
     /// Every kind of picture becomes 8-bit RGBA.

@@ -8,10 +8,11 @@ use std::fmt;
 pub(crate) enum Note {
     DegenerateTriangles,
     IncompleteTriangles,
+    IncompleteFaces,
     PointsOrLines,
+    FreeForm,
     NoPositions,
     FlatObjects,
-    GpuInstancing,
     Skinned,
     Morphed,
     Rotations,
@@ -23,6 +24,9 @@ pub(crate) enum Note {
     NoImage,
     Factors,
     SpecularGlossiness,
+    NoMaterial,
+    TextureOptions,
+    PlyTextures,
 }
 
 impl fmt::Display for Note {
@@ -30,12 +34,14 @@ impl fmt::Display for Note {
         f.write_str(match self {
             Self::DegenerateTriangles => "triangles without area, dropped",
             Self::IncompleteTriangles => "primitives with an incomplete last triangle, which was dropped",
+            Self::IncompleteFaces => "faces of fewer than three corners, dropped",
+            Self::FreeForm => "free-form curves and surfaces, left out",
+            Self::NoMaterial => "materials that no library has, replaced by white ones",
+            Self::PlyTextures => "textures named in comments, left out",
+            Self::TextureOptions => "textures with options, which were ignored",
             Self::PointsOrLines => "primitives of points or lines, dropped",
             Self::NoPositions => "primitives without positions, dropped",
             Self::FlatObjects => "objects scaled to nothing along an axis, dropped",
-            Self::GpuInstancing => {
-                "nodes with EXT_mesh_gpu_instancing, read as one object each"
-            }
             Self::Skinned => "skinned objects, read as if they had no skin",
             Self::Morphed => "objects of morphed meshes, read without morphing",
             Self::Rotations => "rotations of another length than 1, brought to it",

@@ -1,9 +1,15 @@
 //! Reads scenes from disk.
 
 use crate::gltf::{GltfError, read_gltf};
+use crate::mesh_error::MeshFileError;
+use crate::obj::read_obj;
+use crate::ply::read_ply;
 use farfield_scene::Scene;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
+
+/// Fetches a file by its path relative to the scene's own, with `/` between folders.
+pub type Load<'a> = dyn FnMut(&str) -> io::Result<Vec<u8>> + 'a;
 
 /// A scene and what was dropped or changed on the way.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,7 +36,10 @@ pub enum ImportError {
         error: io::Error,
     },
     /// The content is of no format that is read.
-    #[error("{}: is neither glTF nor GLB; convert it to glTF 2.0", path.display())]
+    #[error(
+        "{}: is none of glTF, GLB, PLY and OBJ (whose name must end with .obj); convert it to glTF 2.0",
+        path.display()
+    )]
     Format {
         /// The file.
         path: PathBuf,
@@ -43,9 +52,18 @@ pub enum ImportError {
         /// What is wrong.
         error: GltfError,
     },
+    /// Something in an OBJ or PLY file, or beside it, is wrong.
+    #[error("{}: {error}", path.display())]
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        error: MeshFileError,
+    },
 }
 
-/// Reads a scene from a file, of the format that its content tells, whatever its name.
+/// Reads a scene from a file, of the format that its content tells, whatever its name; an OBJ file,
+/// which could be any text, is told by its name.
 ///
 /// Files that it refers to are searched from its folder on. Only regular files are read.
 ///
@@ -57,21 +75,40 @@ pub fn read(path: &Path) -> Result<Imported, ImportError> {
         path: path.into(),
         error,
     })?;
-    if !is_gltf(&bytes) {
-        return Err(ImportError::Format { path: path.into() });
-    }
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut load = |name: &str| read_regular(&folder.join(name));
-    read_gltf(&bytes, &mut load).map_err(|error| ImportError::Gltf {
+    let mesh_error = |error| ImportError::Mesh {
         path: path.into(),
         error,
-    })
+    };
+    if is_gltf(&bytes) {
+        read_gltf(&bytes, &mut load).map_err(|error| ImportError::Gltf {
+            path: path.into(),
+            error,
+        })
+    } else if is_ply(&bytes) {
+        read_ply(&bytes).map_err(mesh_error)
+    } else if is_named_obj(path) {
+        read_obj(&bytes, &mut load).map_err(mesh_error)
+    } else {
+        Err(ImportError::Format { path: path.into() })
+    }
 }
 
 /// Whether content is glTF's container, or a JSON object.
 fn is_gltf(bytes: &[u8]) -> bool {
     let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     bytes.starts_with(b"glTF") || text.trim_ascii_start().starts_with(b"{")
+}
+
+/// Whether content begins as PLY files do: with a line `ply`.
+fn is_ply(bytes: &[u8]) -> bool {
+    matches!(bytes, [b'p', b'l', b'y', b'\n' | b'\r', ..])
+}
+
+fn is_named_obj(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("obj"))
 }
 
 /// A file's content; a device or a pipe could be endless.
@@ -117,6 +154,41 @@ mod tests {
         fs::remove_file(folder.path().join("folder/a b.bin")).unwrap();
         let message = read(&path).unwrap_err().to_string();
         let expected = format!("{}: buffers[0].uri: \"folder/a b.bin\"", path.display());
+        assert!(message.starts_with(&expected), "{message}");
+    }
+
+    #[test]
+    fn formats_are_told_by_content_and_obj_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let corners = "0 0 0\n1 0 0\n0 1 0\n";
+        let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+            property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+        let ply = format!("{header}{corners}3 0 1 2\n");
+        let obj = "mtllib a b.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n";
+        fs::write(folder.path().join("a b.mtl"), "newmtl red\nKd 1 0 0\n").unwrap();
+        for (name, content) in [("a.obj", ply.as_str()), ("b.OBJ", obj), ("c", ply.as_str())] {
+            let path = folder.path().join(name);
+            fs::write(&path, content).unwrap();
+            let imported = read(&path).unwrap();
+            assert_eq!(imported.scene.drawn_triangles(), 1, "{name}");
+            let files = if name == "b.OBJ" {
+                vec!["a b.mtl"]
+            } else {
+                vec![]
+            };
+            assert_eq!(imported.files, files);
+        }
+        let path = folder.path().join("d.txt");
+        fs::write(&path, obj).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(
+            message.contains("none of glTF, GLB, PLY and OBJ"),
+            "{message}"
+        );
+        let path = folder.path().join("e.obj");
+        fs::write(&path, "v 0 0\n").unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        let expected = format!("{}: line 1: v has 2 numbers", path.display());
         assert!(message.starts_with(&expected), "{message}");
     }
 

@@ -34,6 +34,18 @@ pub(crate) fn recentre(positions: &mut [Vec3]) -> DVec3 {
     centre.as_dvec3()
 }
 
+/// Where to move positions in f64: their centre along every axis along which they lie far from the
+/// origin, 0 along the others.
+pub(crate) fn centre_of(positions: impl Iterator<Item = DVec3>) -> DVec3 {
+    let bounds = positions.map(|p| [p, p]);
+    let Some([min, max]) = bounds.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]) else {
+        return DVec3::ZERO;
+    };
+    let size = (max - min).max_element();
+    let far = min.max(-max).cmpgt(DVec3::splat(FAR * size));
+    DVec3::select(far, 0.5 * (min + max), DVec3::ZERO)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

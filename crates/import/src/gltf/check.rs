@@ -6,14 +6,21 @@
 
 use super::GltfError;
 use super::accessors::{Component, layout};
-use super::document::{Document, Material, Primitive, TextureInfo};
+use super::document::{
+    BufferView, Document, Instancing, Material, MeshoptCompression, Primitive, TextureInfo,
+};
 
 /// Extensions that are read, so that a file may require them.
-pub(crate) const EXTENSIONS: [&str; 5] = [
+pub(crate) const EXTENSIONS: [&str; 10] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_texture_basisu",
     "KHR_texture_transform",
 ];
 
@@ -76,6 +83,77 @@ fn check_views(document: &Document) -> Result<(), GltfError> {
         let container = || format!("buffers[{}]", view.buffer);
         let end = view.byte_offset.checked_add(view.byte_length);
         inside(end, has, place, container)?;
+        if let Some(compressed) = &view.extensions.meshopt {
+            check_compressed(document, view, compressed, &|| {
+                format!("bufferViews[{i}].extensions.EXT_meshopt_compression")
+            })?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a compressed buffer view is one that the extension allows and becomes what it stands
+/// for.
+fn check_compressed(
+    document: &Document,
+    view: &BufferView,
+    compressed: &MeshoptCompression,
+    place: &dyn Fn() -> String,
+) -> Result<(), GltfError> {
+    let buffers = &document.buffers;
+    exists(compressed.buffer, buffers, "buffers", place, "buffer")?;
+    let has = buffers[compressed.buffer].byte_length;
+    let end = compressed.byte_offset.checked_add(compressed.byte_length);
+    inside(end, has, place, || {
+        format!("buffers[{}]", compressed.buffer)
+    })?;
+    let wrong = |field: &str, value: String, expected| {
+        let place = format!("{}.{field}", place());
+        Err(GltfError::Value {
+            place,
+            value,
+            expected,
+        })
+    };
+    let MeshoptCompression {
+        byte_stride,
+        count,
+        mode,
+        filter,
+        ..
+    } = compressed;
+    let (stride_fits, expected) = match mode.as_str() {
+        "ATTRIBUTES" => (
+            (4..=256).contains(byte_stride) && byte_stride % 4 == 0,
+            "a multiple of 4 up to 256",
+        ),
+        "TRIANGLES" | "INDICES" => (matches!(byte_stride, 2 | 4), "2 or 4"),
+        _ => {
+            let expected = "ATTRIBUTES, TRIANGLES or INDICES";
+            return wrong("mode", format!("{mode:?}"), expected);
+        }
+    };
+    if !stride_fits {
+        return wrong("byteStride", byte_stride.to_string(), expected);
+    }
+    let filter_fits = match filter.as_deref().unwrap_or("NONE") {
+        "NONE" => true,
+        "OCTAHEDRAL" => mode == "ATTRIBUTES" && matches!(byte_stride, 4 | 8),
+        "QUATERNION" => mode == "ATTRIBUTES" && *byte_stride == 8,
+        "EXPONENTIAL" => mode == "ATTRIBUTES",
+        _ => false,
+    };
+    if !filter_fits {
+        let value = format!("{filter:?} of {mode} of {byte_stride} bytes");
+        let expected = "NONE, or OCTAHEDRAL, QUATERNION or EXPONENTIAL of attributes that fit";
+        return wrong("filter", value, expected);
+    }
+    if mode == "TRIANGLES" && count % 3 > 0 {
+        return wrong("count", count.to_string(), "three for each triangle");
+    }
+    if count.checked_mul(*byte_stride) != Some(view.byte_length) {
+        let value = format!("{count} elements of {byte_stride} bytes");
+        return wrong("count", value, "as many bytes as the buffer view has");
     }
     Ok(())
 }
@@ -163,8 +241,18 @@ fn check_looks(document: &Document) -> Result<(), GltfError> {
         if let Some(sampler) = texture.sampler {
             exists(sampler, &document.samplers, "samplers", place, "sampler")?;
         }
+        let images = &document.images;
         if let Some(source) = texture.source {
-            exists(source, &document.images, "images", place, "source")?;
+            exists(source, images, "images", place, "source")?;
+        }
+        for (name, extension) in [
+            ("EXT_texture_webp", &texture.extensions.webp),
+            ("KHR_texture_basisu", &texture.extensions.basisu),
+        ] {
+            if let Some(source) = extension.as_ref().and_then(|e| e.source) {
+                let place = || format!("textures[{i}].extensions.{name}");
+                exists(source, images, "images", place, "source")?;
+            }
         }
     }
     for (i, material) in document.materials.iter().enumerate() {
@@ -295,6 +383,60 @@ fn check_primitive(
             return wrong("indices", describe(index), expected);
         }
     }
+    if let Some(draco) = &primitive.extensions.draco {
+        let views = &document.buffer_views;
+        let field = "extensions.KHR_draco_mesh_compression.bufferView";
+        exists(draco.buffer_view, views, "bufferViews", place, field)?;
+        if !matches!(primitive.mode, 4 | 5) {
+            let expected = "4 or 5 with KHR_draco_mesh_compression";
+            return wrong("mode", primitive.mode.to_string(), expected);
+        }
+    }
+    Ok(())
+}
+
+/// Whether the attributes of a node's instances have types that are read, and equally many
+/// elements.
+fn check_instances(
+    document: &Document,
+    instancing: &Instancing,
+    place: &dyn Fn() -> String,
+) -> Result<(), GltfError> {
+    use Component::{F32, I8, I16};
+    let mut count = None;
+    for (name, &index) in &instancing.attributes {
+        exists(index, &document.accessors, "accessors", place, name)?;
+        let accessor = &document.accessors[index];
+        let component = layout(accessor, index)?.component;
+        let wrong = |value: String, expected| {
+            let place = format!("{}.{name}", place());
+            Err(GltfError::Value {
+                place,
+                value,
+                expected,
+            })
+        };
+        let (shape, normalized) = (accessor.shape.as_str(), accessor.normalized);
+        let (sound, expected) = match name.as_str() {
+            "TRANSLATION" | "SCALE" => {
+                (shape == "VEC3" && component == F32, "VEC3 of floats (5126)")
+            }
+            "ROTATION" => (
+                shape == "VEC4"
+                    && (component == F32 || matches!(component, I8 | I16) && normalized),
+                "VEC4 of floats (5126), or of normalized bytes or shorts",
+            ),
+            _ => (true, ""),
+        };
+        if !sound {
+            let code = accessor.component_type;
+            return wrong(format!("is {shape} of component type {code}"), expected);
+        }
+        if *count.get_or_insert(accessor.count) != accessor.count {
+            let value = format!("has {} elements", accessor.count);
+            return wrong(value, "as many as the other attributes have");
+        }
+    }
     Ok(())
 }
 
@@ -306,6 +448,11 @@ fn check_nodes(document: &Document) -> Result<(), GltfError> {
         if let Some(mesh) = node.mesh {
             let place = || format!("nodes[{i}]");
             exists(mesh, &document.meshes, "meshes", place, "mesh")?;
+        }
+        if let Some(instancing) = &node.extensions.gpu_instancing {
+            check_instances(document, instancing, &|| {
+                format!("nodes[{i}].extensions.EXT_mesh_gpu_instancing.attributes")
+            })?;
         }
         for (k, &child) in node.children.iter().enumerate() {
             let place = || format!("nodes[{i}].children[{k}]");

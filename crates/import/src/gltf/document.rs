@@ -89,7 +89,14 @@ pub(crate) struct Node {
 #[derive(Debug, Default, Deserialize)]
 pub(crate) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(crate) gpu_instancing: Option<Present>,
+    pub(crate) gpu_instancing: Option<Instancing>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct Instancing {
+    /// Sorted by name, unlike in the file.
+    #[serde(default)]
+    pub(crate) attributes: BTreeMap<String, usize>,
 }
 
 /// An object that is there, whatever is in it.
@@ -114,6 +121,23 @@ pub(crate) struct Primitive {
     pub(crate) material: Option<usize>,
     #[serde(default = "triangles")]
     pub(crate) mode: u32,
+    #[serde(default)]
+    pub(crate) extensions: PrimitiveExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub(crate) draco: Option<DracoCompression>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct DracoCompression {
+    pub(crate) buffer_view: usize,
+    /// Unique identifiers of the stream's attributes.
+    #[serde(default)]
+    pub(crate) attributes: BTreeMap<String, u32>,
 }
 
 fn triangles() -> u32 {
@@ -167,6 +191,27 @@ pub(crate) struct BufferView {
     pub(crate) byte_offset: u64,
     pub(crate) byte_length: u64,
     pub(crate) byte_stride: Option<u64>,
+    #[serde(default)]
+    pub(crate) extensions: BufferViewExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct BufferViewExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub(crate) meshopt: Option<MeshoptCompression>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct MeshoptCompression {
+    pub(crate) buffer: usize,
+    #[serde(default)]
+    pub(crate) byte_offset: u64,
+    pub(crate) byte_length: u64,
+    pub(crate) byte_stride: u64,
+    pub(crate) count: u64,
+    pub(crate) mode: String,
+    pub(crate) filter: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -174,6 +219,28 @@ pub(crate) struct BufferView {
 pub(crate) struct Buffer {
     pub(crate) uri: Option<String>,
     pub(crate) byte_length: u64,
+    #[serde(default)]
+    pub(crate) extensions: BufferExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub(crate) meshopt: Option<MeshoptBuffer>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct MeshoptBuffer {
+    /// Whether all that is in the buffer stands compressed in another one.
+    #[serde(default)]
+    pub(crate) fallback: bool,
+}
+
+impl Buffer {
+    /// Whether the buffer is only for readers without EXT_meshopt_compression.
+    pub(crate) fn is_fallback(&self) -> bool {
+        self.extensions.meshopt.as_ref().is_some_and(|m| m.fallback)
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -258,6 +325,32 @@ pub(crate) struct TextureTransform {
 pub(crate) struct Texture {
     pub(crate) sampler: Option<usize>,
     pub(crate) source: Option<usize>,
+    #[serde(default)]
+    pub(crate) extensions: TextureExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(crate) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_basisu")]
+    pub(crate) basisu: Option<TextureSource>,
+    #[serde(rename = "EXT_texture_webp")]
+    pub(crate) webp: Option<TextureSource>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct TextureSource {
+    pub(crate) source: Option<usize>,
+}
+
+impl Texture {
+    /// The image to show. The plain one where there is one: it has lost least.
+    pub(crate) fn image(&self) -> Option<usize> {
+        let of = |extension: &Option<TextureSource>| extension.as_ref().and_then(|e| e.source);
+        let extensions = &self.extensions;
+        self.source
+            .or_else(|| of(&extensions.webp))
+            .or_else(|| of(&extensions.basisu))
+    }
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -159,6 +159,14 @@ pub enum GltfError {
         /// The buffer.
         place: String,
     },
+    /// Compressed geometry cannot be decoded.
+    #[error("{place}: {problem}; compress the file again, or export it without compression")]
+    Compressed {
+        /// What is compressed.
+        place: String,
+        /// What the decoder says.
+        problem: String,
+    },
     /// An image cannot be decoded.
     #[error("{place}: {problem}; store it as PNG or JPEG")]
     Image {

@@ -1,8 +1,9 @@
 //! Fetches what a document refers to: its buffers, and other files.
 
+use super::GltfError;
 use super::document::Document;
 use super::uri::{Target, decode_uri};
-use super::{GltfError, Load};
+use crate::Load;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -67,6 +68,8 @@ pub(crate) struct Buffers<'a> {
     contents: Vec<Vec<u8>>,
     binary: Option<&'a [u8]>,
     sources: Vec<Option<Source>>,
+    /// What buffer views hold that were compressed.
+    decoded: BTreeMap<usize, Vec<u8>>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -90,6 +93,10 @@ impl<'a> Buffers<'a> {
     ) -> Result<Self, GltfError> {
         let mut sources = Vec::new();
         for (i, buffer) in document.buffers.iter().enumerate() {
+            if buffer.is_fallback() {
+                sources.push(None);
+                continue;
+            }
             let (source, container, has) = match (&buffer.uri, binary) {
                 (Some(uri), _) => {
                     let file = files.fetch(uri, &|| format!("buffers[{i}].uri"))?;
@@ -117,12 +124,19 @@ impl<'a> Buffers<'a> {
             contents: std::mem::take(&mut files.contents),
             binary,
             sources,
+            decoded: BTreeMap::new(),
         })
     }
 
-    /// Bytes fetched, without the binary chunk.
+    /// Bytes fetched and decoded, without the binary chunk.
     pub(crate) fn size(&self) -> u64 {
-        self.contents.iter().map(|bytes| bytes.len() as u64).sum()
+        let all = self.contents.iter().chain(self.decoded.values());
+        all.map(|bytes| bytes.len() as u64).sum()
+    }
+
+    /// Lets bytes stand for a buffer view.
+    pub(crate) fn insert(&mut self, view: usize, bytes: Vec<u8>) {
+        self.decoded.insert(view, bytes);
     }
 
     /// The bytes of a buffer view of a checked document, from an offset in it on.
@@ -136,19 +150,33 @@ impl<'a> Buffers<'a> {
         view: usize,
         offset: u64,
     ) -> Result<&[u8], GltfError> {
-        let view = &document.buffer_views[view];
-        let buffer = match self.sources[view.buffer] {
+        let bytes = match self.decoded.get(&view) {
+            Some(bytes) => bytes,
+            None => {
+                let view = &document.buffer_views[view];
+                let end = view.byte_offset + view.byte_length;
+                self.bytes(view.buffer, view.byte_offset..end)?
+            }
+        };
+        // An empty accessor may point beyond its view.
+        Ok(bytes.get(offset as usize..).unwrap_or_default())
+    }
+
+    /// A part of a buffer of a checked document.
+    ///
+    /// # Errors
+    ///
+    /// When the buffer has no bytes.
+    pub(crate) fn bytes(&self, buffer: usize, range: Range<u64>) -> Result<&[u8], GltfError> {
+        let bytes = match self.sources[buffer] {
             Some(Source::Binary) => self.binary.expect("a source has bytes"),
             Some(Source::Content(file)) => &self.contents[file],
             None => {
                 return Err(GltfError::NoBytes {
-                    place: format!("buffers[{}]", view.buffer),
+                    place: format!("buffers[{buffer}]"),
                 });
             }
         };
-        let range: Range<usize> =
-            view.byte_offset as usize..(view.byte_offset + view.byte_length) as usize;
-        // An empty accessor may point beyond its view.
-        Ok(buffer[range].get(offset as usize..).unwrap_or_default())
+        Ok(&bytes[range.start as usize..range.end as usize])
     }
 }

@@ -1,26 +1,12 @@
-//! Decodes images, within limits.
+//! Fetches a document's images and has them decoded.
 
 use super::GltfError;
 use super::document::Document;
 use super::files::{Buffers, Files};
+use crate::pictures::{check_size, decode, decoded_limit};
 use farfield_scene::Image;
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::io::Cursor;
-
-/// The greatest side in texels; beyond it no common graphics card holds a texture.
-const GREATEST_SIDE: u32 = 32_768;
-
-/// An upper bound of the texels that one byte of a file can hold. A PNG has at most 8 texels in a
-/// byte, and deflate shrinks at most 1032 times; a JPEG has at least one bit for 64 texels. What
-/// claims more lies, and would have memory allocated for nothing.
-const MOST_TEXELS_PER_BYTE: u64 = 8 * 1032;
-
-/// Bytes of decoded images that any file may have, and how many more for each of its bytes.
-/// Files with much flat colour shrink about a hundredfold.
-const DECODED_BYTES: u64 = 1 << 30;
-const DECODED_BYTES_PER_BYTE: u64 = 128;
 
 /// Decodes the given images of a document, in parallel. Those with the same bytes are decoded once
 /// and the second list tells which of the first each one is.
@@ -52,7 +38,7 @@ pub(crate) fn read_images(
             sources.len() as u32 - 1
         }));
     }
-    let limit = DECODED_BYTES + DECODED_BYTES_PER_BYTE * (size + files.size());
+    let limit = decoded_limit(size + files.size());
 
     let mut encoded = Vec::new();
     let mut decoded_size = 0;
@@ -102,51 +88,5 @@ fn fault(image: usize, problem: &str) -> GltfError {
     GltfError::Image {
         place: format!("images[{image}]"),
         problem: problem.into(),
-    }
-}
-
-/// Width and height, from the header alone.
-fn check_size(bytes: &[u8]) -> Result<[u32; 2], String> {
-    let (width, height) = open(bytes)?.dimensions();
-    let texels = u64::from(width) * u64::from(height);
-    if width.max(height) > GREATEST_SIDE {
-        Err(format!(
-            "is {width} x {height} texels large, at most {GREATEST_SIDE} a side are read"
-        ))
-    } else if texels > MOST_TEXELS_PER_BYTE * bytes.len() as u64 {
-        Err(format!(
-            "claims {width} x {height} texels, {} bytes cannot hold them",
-            bytes.len()
-        ))
-    } else {
-        Ok([width, height])
-    }
-}
-
-/// All kinds of PNG and JPEG files become 8-bit RGBA.
-fn decode(bytes: &[u8]) -> Result<Image, String> {
-    let image = DynamicImage::from_decoder(open(bytes)?).map_err(|e| e.to_string())?;
-    let rgba = image.into_rgba8();
-    Ok(Image {
-        name: String::new(),
-        width: rgba.width(),
-        height: rgba.height(),
-        texels: rgba.as_raw().as_chunks().0.to_vec(),
-    })
-}
-
-fn open(bytes: &[u8]) -> Result<impl ImageDecoder + '_, String> {
-    let mut reader = ImageReader::new(Cursor::new(bytes))
-        .with_guessed_format()
-        .map_err(|e| e.to_string())?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(GREATEST_SIDE);
-    limits.max_image_height = Some(GREATEST_SIDE);
-    // The side and the texels a byte are checked instead, before anything is decoded.
-    limits.max_alloc = None;
-    reader.limits(limits);
-    match reader.format() {
-        None => Err("is neither PNG nor JPEG".into()),
-        Some(_) => reader.into_decoder().map_err(|e| e.to_string()),
     }
 }

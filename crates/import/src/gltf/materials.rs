@@ -221,7 +221,7 @@ impl Textures {
             return Ok(Some(texture));
         }
         let source = &document.textures[index];
-        let Some(image) = source.source else {
+        let Some(image) = source.image() else {
             return Ok(None);
         };
         let images = &mut self.images;

@@ -5,6 +5,7 @@ use super::accessors::Elements;
 use super::document::{Document, Primitive};
 use super::files::Buffers;
 use super::materials::{Looks, UvSource};
+use crate::assemble::has_area;
 use crate::normals::smooth_normals;
 use crate::notes::{Note, Notes};
 use crate::recentre::recentre;
@@ -492,15 +493,6 @@ impl Builder<'_> {
         }
         count
     }
-}
-
-/// Whether a triangle has an area that is not 0.
-///
-/// In f64 the area of a triangle of f32 coordinates is exactly 0 where its corners lie on a line
-/// and the coordinates have similar exponents; elsewhere it may be off by rounding.
-fn has_area(corners: [Vec3; 3]) -> bool {
-    let [a, b, c] = corners.map(|p| p.as_dvec3());
-    (b - a).cross(c - a) != DVec3::ZERO
 }
 
 /// What geometry may still take.

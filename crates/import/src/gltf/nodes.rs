@@ -59,9 +59,7 @@ pub(crate) fn place_nodes(
                 mesh,
                 world_from_node,
             });
-            let instanced = node.extensions.gpu_instancing.is_some();
             let morphed = document.meshes[mesh].weights.iter().any(|&w| w != 0.0);
-            notes.add(Note::GpuInstancing, instanced.into());
             notes.add(Note::Skinned, node.skin.is_some().into());
             notes.add(Note::Morphed, morphed.into());
         }
@@ -88,19 +86,28 @@ fn parent_from_node(node: &Node, index: usize, notes: &mut Notes) -> Result<DAff
             translation: column(3),
         });
     }
-    let mut rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-    let length = rotation.length();
-    if !(1e-6..1e6).contains(&length) {
+    let rotation = DQuat::from_array(node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]));
+    let Some(rotation) = unit_rotation(rotation, 1e-3, notes) else {
         return Err(wrong(index, "rotation", "has no direction"));
-    }
-    // A quaternion of f32 that was written with few digits is a little off, which is no news.
-    notes.add(Note::Rotations, ((length - 1.0).abs() > 1e-3).into());
-    rotation /= length;
+    };
     Ok(DAffine3::from_scale_rotation_translation(
         node.scale.unwrap_or([1.0; 3]).into(),
         rotation,
         node.translation.unwrap_or_default().into(),
     ))
+}
+
+/// A rotation brought to length 1, which is noted where it is off by more than `tolerance`; `None`
+/// where it has no direction.
+///
+/// Quaternions that were written with few digits are a little off, which is no news.
+pub(crate) fn unit_rotation(rotation: DQuat, tolerance: f64, notes: &mut Notes) -> Option<DQuat> {
+    let length = rotation.length();
+    if !(1e-6..1e6).contains(&length) {
+        return None;
+    }
+    notes.add(Note::Rotations, ((length - 1.0).abs() > tolerance).into());
+    Some(rotation / length)
 }
 
 fn wrong(node: usize, field: &str, value: &str) -> GltfError {

@@ -1,8 +1,13 @@
 //! Small glTF files for tests.
 
+use super::{GltfError, read_gltf};
+use crate::Imported;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use serde_json::{Value, json};
-use std::io::Cursor;
+use std::io::{self, Cursor};
+
+/// A PNG of one white texel.
+pub(crate) const PIXEL: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8/5+hHgAHggJ/PchI7wAAAABJRU5ErkJggg==";
 
 /// A GLB file.
 pub(crate) fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
@@ -148,4 +153,12 @@ pub(crate) fn example() -> (Value, Vec<u8>) {
         "images": [{"bufferView": view, "mimeType": "image/png"}, {"uri": uri}],
     }));
     (document, binary.bytes)
+}
+
+/// Reads a file that stands alone, and checks what comes out.
+pub(crate) fn read(file: &[u8]) -> Result<Imported, GltfError> {
+    let nothing_beside = |path: &str| Err(io::Error::new(io::ErrorKind::NotFound, path.to_owned()));
+    let imported = read_gltf(file, &mut { nothing_beside })?;
+    imported.scene.check().unwrap();
+    Ok(imported)
 }
