@@ -230,9 +230,9 @@ impl Bundle {
             .unwrap()
     }
 
-    /// The quad that is seen farthest along a seam to quads on its left, from the reference
-    /// viewpoint.
-    fn quad_at_a_seam(&self) -> usize {
+    /// The quads that are seen along a seam to quads on their left, from the reference viewpoint,
+    /// those with the longest seams first.
+    fn quads_at_seams(&self) -> Vec<usize> {
         let (patches, layers) = (self.patches(), self.layers());
         let seam = |quad: &usize| {
             let Patch { rect, layer, .. } = patches[*quad];
@@ -247,7 +247,9 @@ impl Bundle {
             };
             (rect.y..rect.bottom()).filter(is_seen).count()
         };
-        (0..patches.len()).max_by_key(seam).unwrap()
+        let mut quads: Vec<_> = (0..patches.len()).filter(|quad| seam(quad) > 0).collect();
+        quads.sort_by_key(|quad| std::cmp::Reverse(seam(quad)));
+        quads
     }
 
     /// The layer of which most texels are seen from the reference viewpoint.
@@ -425,21 +427,28 @@ fn a_holed_texel_is_a_gap_where_it_is() {
 
 #[test]
 fn a_shifted_quad_opens_gaps_and_lies_beside_its_texels() {
-    let mut bundle = good();
-    let quad = bundle.quad_at_a_seam();
-    bundle.shift_quad(quad, DVec2::new(1.5, 0.0));
-    let report = bundle.verified(VIEWS);
-    assert!(report.gap_pixels > 0, "{:?}", report.broken);
-    assert_broken(&report, &["gap pixels, promised at most 0"]);
-    let named = format!("quad {quad}: its texels lie");
-    assert_broken(&report, &[&named, "the layer's grid"]);
+    let mut gap_pixels = 0;
+    for quad in good().quads_at_seams() {
+        let mut bundle = good();
+        bundle.shift_quad(quad, DVec2::new(1.5, 0.0));
+        let report = bundle.verified(VIEWS);
+        let named = format!("quad {quad}: its texels lie");
+        assert_broken(&report, &[&named, "the layer's grid"]);
+        gap_pixels = report.gap_pixels;
+        // The gap is half a texel wide: pixels can miss it, and the next layer fill it.
+        if gap_pixels > 0 {
+            assert_broken(&report, &["gap pixels, promised at most 0"]);
+            break;
+        }
+    }
+    assert!(gap_pixels > 0, "no view saw the gap beside any quad");
 }
 
 /// A quad that fits the grid is a sound quad, but not the one that was baked.
 #[test]
 fn a_quad_shifted_by_whole_texels_shows_other_texels() {
     let mut bundle = good();
-    let quad = bundle.quad_at_a_seam();
+    let quad = bundle.quads_at_seams()[0];
     let layer = bundle.patches()[quad].layer;
     let to_the_right = bundle.patches()[quad].rect.right() < bundle.body().width;
     let by = if to_the_right { 1.0 } else { -1.0 };
