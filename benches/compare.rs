@@ -17,7 +17,7 @@ use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;
-use xtask::{BakeOptions, Console, ViewCellSpec, bake};
+use xtask::{BakeOptions, Console, Foliage, ViewCellSpec, bake};
 
 /// Viewpoints, the reference viewpoint and the cell's corners first.
 const VIEWS: u64 = 64;
@@ -169,6 +169,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
         exclude: Vec::new(),
         bytes_per_quad: 104.0,
         page_size: 4096,
+        foliage: Foliage::Any,
         out: Some(folder.path().to_owned()),
     };
     bake(&options, &Console::Silent).expect("the model bakes");

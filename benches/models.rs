@@ -3,12 +3,12 @@
 use farfield_grid::BitMask;
 use farfield_layers::{LayerStack, PromisedCamera};
 use farfield_quads::{Price, cover};
-use farfield_sampling::Textures;
+use farfield_sampling::{Foliage, Textures};
 use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use glam::DVec3;
 use std::path::PathBuf;
-use xtask::SceneChoice;
+use xtask::{BuiltIn, SceneChoice};
 use xtask::layered::{Settings, cull, place, record_layers};
 
 /// A scene and the view cell it is looked at from.
@@ -58,7 +58,7 @@ pub(crate) const LEAVES: [Entry; 2] = [
 pub(crate) fn house() -> Model {
     Model {
         name: "house",
-        source: SceneChoice::House,
+        source: SceneChoice::BuiltIn(BuiltIn::House),
         scene: farfield_town::house(0),
         cell: view_cell([0.0, 10.0, 70.0], [20.0; 3]),
     }
@@ -107,9 +107,10 @@ pub(crate) fn prepare(model: Model) -> Layered {
         },
         bytes_per_quad: 104.0,
         page_size: 4096,
+        foliage: Foliage::Any,
     };
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
-    let recording = record_layers(&scene, &Textures::new(&scene), &stack, &cell);
+    let recording = record_layers(&scene, &Textures::new(&scene), &stack, &cell, Foliage::Any);
     let visible = cull(&recording, stack.width, stack.height);
     let layers = 0..stack.layers.len();
     let masks = layers.map(|layer| visible.masks(layer, stack.width, stack.height).opaque);

@@ -3,7 +3,7 @@
 
 use crate::models::{self, Layered, Model};
 use farfield_culling::Culler;
-use farfield_sampling::{LayerMasks, Textures, rasterize};
+use farfield_sampling::{Foliage, LayerMasks, Textures, rasterize};
 use farfield_scene::{Object, Scene};
 use glam::{DAffine3, DVec3};
 use std::hint::black_box;
@@ -38,7 +38,7 @@ fn row(model: &Layered) {
     let (scene, stack) = (&model.scene, &model.stack);
     let textures = Textures::new(scene);
     let camera = recording_camera(stack);
-    let recording = record_layers(scene, &textures, stack, &model.cell);
+    let recording = record_layers(scene, &textures, stack, &model.cell, Foliage::Any);
     let masks: Vec<LayerMasks> = (0..stack.layers.len())
         .map(|layer| recording.masks(layer, stack.width, stack.height))
         .collect();
@@ -49,6 +49,7 @@ fn row(model: &Layered) {
             &textures,
             stack,
             &model.cell,
+            Foliage::Any,
         )))
     };
     let mut cull = || {
@@ -103,7 +104,7 @@ pub(crate) fn growth(model: &Model) {
         });
         let textures = Textures::new(&grown.scene);
         let start = Instant::now();
-        let recording = record_layers(&grown.scene, &textures, &grown.stack, &grown.cell);
+        let recording = record_layers(&grown.scene, &textures, &grown.stack, &grown.cell, Foliage::Any);
         let seconds = start.elapsed().as_secs_f64();
         let triangles = grown.scene.drawn_triangles();
         println!(

@@ -5,7 +5,7 @@ use criterion::{Criterion, Throughput};
 use farfield_atlas::pack;
 use farfield_culling::Culler;
 use farfield_quads::{Price, cover};
-use farfield_sampling::{LayerMasks, Textures, rasterize};
+use farfield_sampling::{Foliage, LayerMasks, Textures, rasterize};
 use std::hint::black_box;
 use xtask::layered::{record_layers, recording_camera};
 
@@ -15,7 +15,7 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
     for model in models {
         let (scene, stack) = (&model.scene, &model.stack);
         let textures = Textures::new(scene);
-        let recording = record_layers(scene, &textures, stack, &model.cell);
+        let recording = record_layers(scene, &textures, stack, &model.cell, Foliage::Any);
 
         let mut group = criterion.benchmark_group("sampling");
         group
@@ -28,7 +28,7 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         });
         group.throughput(Throughput::Elements(recording.samples.len() as u64));
         group.bench_function(format!("record/{}/512", model.name), |bencher| {
-            bencher.iter(|| black_box(record_layers(scene, &textures, stack, &model.cell)));
+            bencher.iter(|| black_box(record_layers(scene, &textures, stack, &model.cell, Foliage::Any)));
         });
         group.finish();
 

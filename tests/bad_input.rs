@@ -5,7 +5,7 @@ use farfield_scene::{Material, Mesh, Object, Scene};
 use glam::{DAffine3, Vec2, Vec3, Vec4};
 use std::fs;
 use std::path::{Path, PathBuf};
-use xtask::{Console, SceneChoice, VerifyOptions, VerifyReport, bake, verify};
+use xtask::{BuiltIn, Console, SceneChoice, VerifyOptions, VerifyReport, bake, verify};
 
 /// The message of a bake that must fail and leave its folder as it was.
 fn refusal(scene: &Path, cell: Option<&str>) -> String {
@@ -76,7 +76,7 @@ fn a_scene_without_triangles_is_nothing_to_bake() {
 fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("bundle");
-    let options = options_in_cell(SceneChoice::House, "box:0,5,0:1,1,1", 64, &out);
+    let options = options_in_cell(SceneChoice::BuiltIn(BuiltIn::House), "box:0,5,0:1,1,1", 64, &out);
     let message = format!("{:#}", bake(&options, &Console::Silent).unwrap_err());
     assert_names(&message, &["not in front", "in the way", "'", "--exclude"]);
     assert!(contents(folder.path()).is_empty());
@@ -122,7 +122,7 @@ fn a_scene_that_faces_away_is_refused() {
 fn a_foreign_folder_is_not_replaced() {
     let (folder, path) = with_file("diary.txt", b"precious");
     let error = bake(
-        &options(SceneChoice::House, 64, folder.path()),
+        &options(SceneChoice::BuiltIn(BuiltIn::House), 64, folder.path()),
         &Console::Silent,
     );
     assert_names(
@@ -135,7 +135,7 @@ fn a_foreign_folder_is_not_replaced() {
 #[test]
 fn an_excluded_object_must_exist() {
     let folder = tempfile::tempdir().unwrap();
-    let mut options = options(SceneChoice::House, 64, &folder.path().join("bundle"));
+    let mut options = options(SceneChoice::BuiltIn(BuiltIn::House), 64, &folder.path().join("bundle"));
     options.exclude = vec!["unicorn".into()];
     let message = format!("{:#}", bake(&options, &Console::Silent).unwrap_err());
     assert_names(&message, &["unicorn"]);

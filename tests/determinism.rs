@@ -2,7 +2,7 @@
 
 use crate::setup::{contents, model, options, options_in_cell};
 use std::path::Path;
-use xtask::{BakeOptions, Console, SceneChoice, bake};
+use xtask::{BakeOptions, BuiltIn, Console, SceneChoice, bake};
 
 fn assert_same_on_1_2_and_4_threads(options: &BakeOptions) {
     let dir = options.out.as_deref().unwrap();
@@ -24,7 +24,7 @@ fn assert_same_on_1_2_and_4_threads(options: &BakeOptions) {
 #[test]
 fn the_house_is_the_same_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
-    assert_same_on_1_2_and_4_threads(&options(SceneChoice::House, 128, folder.path()));
+    assert_same_on_1_2_and_4_threads(&options(SceneChoice::BuiltIn(BuiltIn::House), 128, folder.path()));
 }
 
 #[test]

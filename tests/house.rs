@@ -3,10 +3,10 @@
 use crate::setup::{options, options_in_cell, verified};
 use farfield_bundle::{NewFile, read, write};
 use std::fs;
-use xtask::{BakeReport, Console, SceneChoice, bake};
+use xtask::{BakeReport, BuiltIn, Console, SceneChoice, bake};
 
 fn bake_house(dir: &std::path::Path) -> BakeReport {
-    bake(&options(SceneChoice::House, 256, dir), &Console::Silent).expect("the house bakes")
+    bake(&options(SceneChoice::BuiltIn(BuiltIn::House), 256, dir), &Console::Silent).expect("the house bakes")
 }
 
 #[test]
@@ -33,7 +33,7 @@ fn the_house_bakes_into_a_bundle_that_holds() {
 fn a_house_seen_from_a_shaft_holds() {
     let folder = tempfile::tempdir().unwrap();
     let cell = "shaft:0.3,0.1,1:8:80";
-    let options = options_in_cell(SceneChoice::House, cell, 256, folder.path());
+    let options = options_in_cell(SceneChoice::BuiltIn(BuiltIn::House), cell, 256, folder.path());
     let report = bake(&options, &Console::Silent).unwrap();
     assert!(report.layers >= 10, "{} layers", report.layers);
     let verified = verified(folder.path(), 60);

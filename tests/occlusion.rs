@@ -3,7 +3,7 @@
 use crate::setup::model;
 use farfield_grid::BitMask;
 use farfield_layers::{PromisedCamera, corners_in_view};
-use farfield_sampling::{Recording, Textures};
+use farfield_sampling::{Foliage, Recording, Textures};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell, low_discrepancy_point};
 use glam::{DVec2, DVec3};
@@ -27,10 +27,11 @@ fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
         },
         bytes_per_quad: 104.0,
         page_size: 4096,
+        foliage: Foliage::Any,
     };
     let stack = place(scene, &settings).unwrap();
     let (width, height) = (stack.width, stack.height);
-    let recording = record_layers(scene, &Textures::new(scene), &stack, &cell);
+    let recording = record_layers(scene, &Textures::new(scene), &stack, &cell, Foliage::Any);
     let masks = |recording: &Recording| {
         let layers = 0..stack.layers.len();
         layers

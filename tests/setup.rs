@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use xtask::{BakeOptions, Console, SceneChoice, VerifyOptions, VerifyReport};
+use xtask::{BakeOptions, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport};
 
 /// A bake of a scene for a picture of `resolution` pixels a side.
 pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOptions {
@@ -14,6 +14,7 @@ pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOp
         exclude: Vec::new(),
         bytes_per_quad: 104.0,
         page_size: 4096,
+        foliage: Foliage::Any,
         out: Some(out.to_owned()),
     }
 }

@@ -1,6 +1,7 @@
 //! The driver: composes the stages into `bake` and `verify`, and owns files, progress and reports.
 
 mod bake;
+mod built_in;
 mod console;
 mod pictures;
 mod source;
@@ -8,6 +9,8 @@ mod verify;
 mod view_cell;
 
 pub use bake::{BakeOptions, BakeReport, ImpostorReport, bake, layered};
+pub use built_in::BuiltIn;
+pub use farfield_sampling::Foliage;
 pub use console::{Console, peak_rss_bytes};
 pub use source::SceneChoice;
 pub use verify::{

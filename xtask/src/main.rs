@@ -1,12 +1,13 @@
 //! `cargo xtask`: bakes impostors and verifies them.
 
 use anyhow::Context;
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    BakeOptions, BakeReport, Console, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake,
+    BakeOptions, BakeReport, BuiltIn, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake,
     verify,
 };
 
@@ -29,8 +30,10 @@ enum Command {
 
 #[derive(Args)]
 struct BakeArgs {
-    /// A glTF (.glb, .gltf), OBJ or PLY file; without it the built-in house is baked.
-    scene: Option<PathBuf>,
+    /// A glTF (.glb, .gltf), OBJ or PLY file, or a built-in scene: town[:TRIANGLES[:SEED]] (from
+    /// 1e5 to 1e7 triangles) or house. [default: town]
+    #[arg(value_parser = OsStringValueParser::new().try_map(SceneChoice::from_argument))]
+    scene: Option<SceneChoice>,
     /// How the impostor is made.
     #[arg(long, value_enum, default_value_t = Technique::Layered)]
     technique: Technique,
@@ -55,6 +58,9 @@ struct BakeArgs {
     /// Longest side of an atlas page, in texels.
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(64..=16384))]
     page_size: u32,
+    /// How leaves and other masked materials are recorded.
+    #[arg(long, value_enum, default_value_t = FoliageArg::Any)]
+    foliage: FoliageArg,
     /// Verifies the bundle from 256 viewpoints, as `verify` does.
     #[arg(long)]
     verify: bool,
@@ -70,6 +76,14 @@ struct BakeArgs {
 enum Technique {
     /// Textured quads on parallel layers.
     Layered,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum FoliageArg {
+    /// Anything that is there sets a texel: no gaps, but leaves reach up to a texel too far.
+    Any,
+    /// The middle of a texel decides: as much is covered as by the original, with gaps.
+    Centre,
 }
 
 /// Viewpoints that a bundle is verified from unless asked otherwise.
@@ -112,13 +126,17 @@ fn main() -> ExitCode {
 fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
     let Technique::Layered = args.technique;
     let options = BakeOptions {
-        scene: args.scene.map_or(SceneChoice::House, SceneChoice::File),
+        scene: args.scene.unwrap_or(SceneChoice::BuiltIn(BuiltIn::default())),
         view_cell: args.view_cell,
         resolution: args.resolution,
         fov_degrees: args.fov,
         exclude: args.exclude,
         bytes_per_quad: args.bytes_per_quad,
         page_size: args.page_size,
+        foliage: match args.foliage {
+            FoliageArg::Any => Foliage::Any,
+            FoliageArg::Centre => Foliage::Centre,
+        },
         out: args.out,
     };
     let report: BakeReport = bake(&options, &Console::Stderr)?;

@@ -1,18 +1,17 @@
 //! Where scenes come from.
 
+use crate::built_in::BuiltIn;
 use anyhow::{Context, Result, bail};
 use farfield_bundle::{Manifest, SceneSource};
 use farfield_scene::Scene;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-
-/// The seed of the built-in house's textures.
-const HOUSE_SEED: u64 = 0;
 
 /// What is to be baked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SceneChoice {
-    /// The built-in house.
-    House,
+    /// One that is made in code.
+    BuiltIn(BuiltIn),
     /// A file.
     File(PathBuf),
 }
@@ -20,17 +19,29 @@ pub enum SceneChoice {
 impl std::fmt::Display for SceneChoice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::House => f.write_str("the built-in house"),
+            Self::BuiltIn(scene) => scene.fmt(f),
             Self::File(path) => path.display().fmt(f),
         }
     }
 }
 
 impl SceneChoice {
+    /// What an argument of the command line names: a built-in scene, or else a file.
+    ///
+    /// # Errors
+    ///
+    /// When it names a built-in scene of an impossible size.
+    pub fn from_argument(argument: OsString) -> Result<Self, String> {
+        match argument.to_str().and_then(BuiltIn::from_word) {
+            Some(scene) => scene.map(Self::BuiltIn),
+            None => Ok(Self::File(argument.into())),
+        }
+    }
+
     /// A short name, for the bundle's folder.
     pub(crate) fn name(&self) -> String {
         match self {
-            Self::House => "house".into(),
+            Self::BuiltIn(scene) => scene.name().into(),
             Self::File(path) => path
                 .file_stem()
                 .unwrap_or_default()
@@ -51,8 +62,8 @@ pub(crate) struct Loaded {
 /// Reads or makes a scene and leaves out the objects named in `exclude`.
 pub(crate) fn load(choice: &SceneChoice, exclude: &[String]) -> Result<Loaded> {
     let mut loaded = match choice {
-        SceneChoice::House => Loaded {
-            scene: farfield_town::house(HOUSE_SEED),
+        SceneChoice::BuiltIn(built_in) => Loaded {
+            scene: built_in.scene(),
             warnings: Vec::new(),
             sha256: String::new(),
         },
@@ -79,11 +90,7 @@ pub(crate) fn load(choice: &SceneChoice, exclude: &[String]) -> Result<Loaded> {
 /// How the manifest of a bundle in `dir` refers to a scene.
 pub(crate) fn record(choice: &SceneChoice, sha256: &str, dir: &Path) -> Result<SceneSource> {
     match choice {
-        SceneChoice::House => Ok(SceneSource::BuiltIn {
-            name: "house".into(),
-            size: 1,
-            seed: HOUSE_SEED,
-        }),
+        SceneChoice::BuiltIn(scene) => Ok(scene.record()),
         SceneChoice::File(path) => {
             let from = std::path::absolute(dir).context("the current folder is gone")?;
             let to = path
@@ -116,15 +123,14 @@ pub(crate) fn load_again(
 ) -> Result<Loaded> {
     let exclude = &manifest.options.exclude;
     let (path, sha256) = match (&manifest.scene, instead) {
-        (SceneSource::BuiltIn { name, seed, .. }, None)
-            if name == "house" && *seed == HOUSE_SEED =>
-        {
-            return load(&SceneChoice::House, exclude);
-        }
-        (SceneSource::BuiltIn { name, .. }, None) => {
-            bail!(
-                "this version has no such built-in scene '{name}': verify with the one that baked"
-            )
+        (SceneSource::BuiltIn { name, size, seed }, None) => {
+            let Some(scene) = BuiltIn::from_record(name, *size, *seed) else {
+                bail!(
+                    "this version has no built-in scene '{name}' of size {size} and seed {seed}: \
+                     verify with the one that baked"
+                )
+            };
+            return load(&SceneChoice::BuiltIn(scene), exclude);
         }
         (SceneSource::BuiltIn { name, .. }, Some(_)) => {
             bail!("the bundle was baked from the built-in scene '{name}': leave --scene out")

@@ -70,6 +70,17 @@ pub struct LayerMasks {
     pub occluding: BitMask,
 }
 
+/// How triangles of masked materials, those with an alpha cutoff, are recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Foliage {
+    /// A texel is set where anything of the surface in it is there: no gaps open, but what is
+    /// thin becomes a texel wide.
+    Any,
+    /// A texel is set where the surface over its centre is there: as much is covered as is there,
+    /// but what is thin falls apart into dots.
+    Centre,
+}
+
 /// sRGB colours of samples under a light, textures filtered for the camera that recorded them.
 pub fn sample_colors(
     scene: &Scene,
@@ -100,8 +111,8 @@ const BAND: usize = 16;
 /// one texel between neighbouring layers cannot slip through.
 /// (Jeschke, 2005, section 3.3.2 draws outlines and repairs diagonals instead.)
 ///
-/// A texel of a material with an alpha cutoff is set if alpha reaches it anywhere on what of the
-/// piece lies in the texel. That is exact where the triangle's vertices have the same alpha, and
+/// A texel of a material with an alpha cutoff is set, with [`Foliage::Any`], if alpha reaches it
+/// anywhere on what of the piece lies in the texel. That is exact where the triangle's vertices have the same alpha, and
 /// can miss a peak within a texel of the texture where they differ. A triangle of a single-sided
 /// material is left out where no corner of the view cell lies in front of its plane.
 ///
@@ -113,6 +124,7 @@ const BAND: usize = 16;
 ///   side. What lies beyond its extent is not recorded.
 /// * `borders` - ascending depths, one more than layers
 /// * `cell` - corners of the view cell in homogeneous coordinates of the world
+/// * `foliage` - how masked materials are recorded
 ///
 /// Memory follows the texels touched, in tiles of 4 x 4, not layers x resolution nor triangles:
 /// these are set up and drawn batch by batch. Bound by triangles where they are about as small as
@@ -128,6 +140,7 @@ pub fn record(
     camera: &Camera,
     borders: &[f64],
     cell: &[DVec4],
+    foliage: Foliage,
 ) -> Recording {
     assert!(
         borders.len() >= 2,
@@ -139,6 +152,7 @@ pub fn record(
         textures,
         camera,
         borders,
+        foliage,
     };
     let pose = &camera.pose;
     let cell: Vec<Viewpoint> = cell.iter().map(|v| Viewpoint::new(pose, *v)).collect();
@@ -203,6 +217,7 @@ struct Task<'a> {
     textures: &'a Textures<'a>,
     camera: &'a Camera,
     borders: &'a [f64],
+    foliage: Foliage,
 }
 
 /// Some rows of all layers.
@@ -282,6 +297,9 @@ fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
     };
     let camera = task.camera;
     let masked = Masked::new(task.scene, task.textures, piece.drawn);
+    if masked.is_some() && task.foliage == Foliage::Centre {
+        return;
+    }
     let mut search = masked
         .as_ref()
         .map(|masked| TexelSearch::new(camera, piece.corners, masked));
@@ -489,7 +507,7 @@ mod tests {
         #[test]
         fn every_surface_point_is_recorded(points in points(9), inside in prop::collection::vec((0.0..=1.0f64, 0.0..=1.0f64), 60)) {
             let scene = double_sided(&points);
-            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE);
+            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE, Foliage::Any);
             let texels = set(&recording);
             for (n, (s, t)) in inside.into_iter().enumerate() {
                 let [a, b, c] = corners_in_view(&scene, &camera().pose, Drawn { object: 0, triangle: n as u32 % 3 });
@@ -509,7 +527,7 @@ mod tests {
         #[test]
         fn only_touched_texels_are_set(points in points(3)) {
             let scene = double_sided(&points);
-            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE);
+            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE, Foliage::Any);
             let [a, b, c] = corners_in_view(&scene, &camera().pose, Drawn { object: 0, triangle: 0 });
             let steps = 100;
             let dense: Vec<DVec3> = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| (i, j)))
@@ -532,7 +550,7 @@ mod tests {
         #[test]
         fn samples_lie_in_their_texels(points in points(9)) {
             let scene = double_sided(&points);
-            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE);
+            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE, Foliage::Any);
             for run in &recording.layers {
                 let texels = recording.samples[run.clone()].iter().map(|s| (s.y, s.x)).collect::<Vec<_>>();
                 prop_assert!(texels.is_sorted_by(|a, b| a < b));
@@ -559,7 +577,7 @@ mod tests {
                     (scene, same_alpha)
                 }),
         ) {
-            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE);
+            let recording = record(&scene, &Textures::new(&scene), &camera(), &BORDERS, &EVERYWHERE, Foliage::Any);
             let texels: HashSet<_> = set(&recording).into_iter().collect();
             let [a, b, c] = corners_in_view(&scene, &camera().pose, Drawn { object: 0, triangle: 0 });
             let lattice = (0..=300).flat_map(|i| (0..=300 - i).map(move |j| (i, j)));
@@ -618,6 +636,30 @@ mod tests {
         }
     }
 
+    proptest! {
+        /// Recorded by centres, a masked triangle covers in all layers together just the texels
+        /// that a plain pass covers.
+        #[test]
+        fn centres_cover_what_a_plain_pass_covers(
+            scene in prop::array::uniform3(prop::array::uniform3(-3.0..3.0f32))
+                .prop_flat_map(|points| leaves(points.map(|[x, y, z]| [x, y, z / 8.0 - 1.4]))),
+        ) {
+            let textures = Textures::new(&scene);
+            let recording =
+                record(&scene, &textures, &camera(), &BORDERS, &EVERYWHERE, Foliage::Centre);
+            let seen = rasterize(&scene, &textures, &camera());
+            let mut recorded: Vec<(u16, u16)> =
+                recording.samples.iter().map(|s| (s.y, s.x)).collect();
+            recorded.sort_unstable();
+            recorded.dedup();
+            let covered: Vec<(u16, u16)> = (0..camera().height as u16)
+                .flat_map(|y| (0..camera().width as u16).map(move |x| (y, x)))
+                .filter(|(y, x)| seen.objects[((*x).into(), (*y).into())] == 0)
+                .collect();
+            prop_assert_eq!(recorded, covered);
+        }
+    }
+
     #[test]
     fn front_faces_hide_back_faces_in_the_same_texel() {
         let back = [[2.0, -2.0, -1.1], [-2.0, -2.0, -1.1], [0.0, 3.0, -1.1]];
@@ -629,6 +671,7 @@ mod tests {
             &camera(),
             &BORDERS,
             &EVERYWHERE,
+            Foliage::Any,
         );
         assert!(
             recording
@@ -643,6 +686,7 @@ mod tests {
             &camera(),
             &BORDERS,
             &EVERYWHERE,
+            Foliage::Any,
         );
         assert!(!recording.samples.is_empty());
         assert!(recording.samples.iter().all(|s| !s.occludes));
@@ -652,7 +696,7 @@ mod tests {
     fn faces_that_no_viewpoint_sees_are_left_out() {
         let scene = soup(&[[2.0, -2.0, -1.1], [-2.0, -2.0, -1.1], [0.0, 3.0, -1.1]]);
         let count = |cell: &[DVec4]| {
-            record(&scene, &Textures::new(&scene), &camera(), &BORDERS, cell)
+            record(&scene, &Textures::new(&scene), &camera(), &BORDERS, cell, Foliage::Any)
                 .samples
                 .len()
         };
@@ -689,6 +733,7 @@ mod tests {
                 &camera(),
                 &BORDERS,
                 &EVERYWHERE,
+                Foliage::Any,
             );
             recording.samples.iter().map(|s| s.x).max().unwrap()
         };

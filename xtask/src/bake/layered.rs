@@ -14,9 +14,9 @@ use farfield_layers::{
 use farfield_pages::{GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
 use farfield_quads::{Price, cover};
 use farfield_sampling::{
-    Lighting, Recording, Sample, Textures, record, sample_colors, seen_bounds,
+    Foliage, Lighting, Recording, Sample, Textures, record, sample_colors, seen_bounds,
 };
-use farfield_scene::Scene;
+use farfield_scene::{AlphaMode, Scene};
 use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -35,6 +35,8 @@ pub struct Settings {
     pub bytes_per_quad: f64,
     /// Longest side of an atlas page, in texels.
     pub page_size: u32,
+    /// How masked materials are recorded.
+    pub foliage: Foliage,
 }
 
 /// A layered impostor: its description and what is displayed.
@@ -45,6 +47,10 @@ pub(super) struct Baked {
     /// The least side of a texel seen from anywhere in the view cell, in pixels.
     pub(super) smallest_texel: f64,
 }
+
+/// The alpha from which on texels that were set by their centres are shown: between two texels, one
+/// opaque and one transparent, half of the way belongs to either.
+const HALF: f32 = 0.5;
 
 /// Bakes one layered impostor of a whole scene.
 pub(super) fn bake(
@@ -59,7 +65,7 @@ pub(super) fn bake(
     let textures = console.stage("prepare textures", || Textures::new(scene));
 
     let recording = console.stage("record", || {
-        record_layers(scene, &textures, &stack, &settings.cell)
+        record_layers(scene, &textures, &stack, &settings.cell, settings.foliage)
     });
     let visible = console.stage("cull", || cull(&recording, width, height));
     if visible.samples.is_empty() {
@@ -87,7 +93,12 @@ pub(super) fn bake(
 
     let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
     let [min, max] = settings.represented;
-    let display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
+    let mut display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
+    if settings.foliage == Foliage::Centre {
+        for material in &mut display.materials {
+            material.alpha = AlphaMode::Mask { cutoff: HALF };
+        }
+    }
     let body = LayeredBody {
         pose: stack.pose,
         extent: stack.extent,
@@ -160,9 +171,11 @@ pub fn record_layers(
     textures: &Textures<'_>,
     stack: &LayerStack,
     cell: &ViewCell,
+    foliage: Foliage,
 ) -> Recording {
     let camera = recording_camera(stack);
-    record(scene, textures, &camera, &stack.borders(), &cell.corners())
+    let (borders, corners) = (stack.borders(), cell.corners());
+    record(scene, textures, &camera, &borders, &corners, foliage)
 }
 
 /// What is left of a recording when texels that no view of the cell can see are removed, front to

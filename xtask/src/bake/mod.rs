@@ -7,10 +7,11 @@ use crate::source::{self, SceneChoice};
 use crate::view_cell::{self, SMALLEST_TEXEL, ViewCellSpec};
 use anyhow::{Context, Result};
 use farfield_bundle::{
-    Body, Cost, FORMAT, Foliage, GLTF_FILE, Manifest, NewFile, Options, Promise, Statistics,
+    Body, Cost, FORMAT, GLTF_FILE, Manifest, NewFile, Options, Promise, Statistics,
     Technique, VERSION, encode_png, glb_from_scene,
 };
 use farfield_layers::PromisedCamera;
+use farfield_sampling::Foliage;
 use farfield_scene::{AlphaMode, Scene};
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -36,6 +37,8 @@ pub struct BakeOptions {
     pub bytes_per_quad: f64,
     /// Longest side of an atlas page, in texels.
     pub page_size: u32,
+    /// How masked materials are recorded.
+    pub foliage: Foliage,
     /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
     pub out: Option<PathBuf>,
 }
@@ -128,7 +131,10 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         technique: Technique::Layered {
             bytes_per_quad: options.bytes_per_quad,
             page_size: options.page_size,
-            foliage: Foliage::Any,
+            foliage: match options.foliage {
+                Foliage::Any => farfield_bundle::Foliage::Any,
+                Foliage::Centre => farfield_bundle::Foliage::Centre,
+            },
         },
         options: Options {
             resolution: options.resolution,
@@ -137,14 +143,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             exclude: options.exclude.clone(),
         },
         scene: source::record(&options.scene, &loaded.sha256, &dir)?,
-        promise: Promise {
-            gap_pixels: Some(0),
-            parallax_px: Some(1.0),
-            phantom_pixels: Some(0),
-            colour_bias: (!masked).then_some(1.0 / 255.0),
-            notes: notes(masked, too_small),
-            ..Promise::default()
-        },
+        promise: promise(masked.then_some(options.foliage), too_small),
         statistics: statistics.clone(),
         warnings,
         impostors: vec![baked.impostor],
@@ -185,11 +184,35 @@ const OFF_AXIS: &str = "A camera that looks elsewhere magnifies texels by at mos
 const MASKED: &str = "Masked surfaces reach up to a texel over their outlines, so among leaves \
     more of the near and less of what is behind is seen; colours are not promised.";
 
-/// The limits of the promise.
-fn notes(masked: bool, too_small: Option<String>) -> Vec<String> {
-    let masked = masked.then(|| MASKED.to_owned());
-    let notes = [Some(OFF_AXIS.to_owned()), masked, too_small];
-    notes.into_iter().flatten().collect()
+/// Leaves that are set by their centres come and go with the viewpoint.
+const BY_CENTRES: &str = "Masked surfaces are recorded by the centres of texels: as much is \
+    covered as by the original on average, but gaps between leaves may open and close; gaps, \
+    parallax and colours are not promised.";
+
+/// What is promised, with its limits.
+///
+/// * `foliage` - how masked materials were recorded, where there are any
+fn promise(foliage: Option<Foliage>, too_small: Option<String>) -> Promise {
+    let notes = |masked: Option<&str>| {
+        let notes = [Some(OFF_AXIS), masked, too_small.as_deref()];
+        notes.into_iter().flatten().map(str::to_owned).collect()
+    };
+    match foliage {
+        Some(Foliage::Centre) => Promise {
+            phantom_pixels: Some(0),
+            coverage_change: Some(0.05),
+            notes: notes(Some(BY_CENTRES)),
+            ..Promise::default()
+        },
+        masked => Promise {
+            gap_pixels: Some(0),
+            parallax_px: Some(1.0),
+            phantom_pixels: Some(0),
+            colour_bias: masked.is_none().then_some(1.0 / 255.0),
+            notes: notes(masked.map(|_| MASKED)),
+            ..Promise::default()
+        },
+    }
 }
 
 fn has_masks(scene: &Scene) -> bool {
@@ -210,6 +233,7 @@ fn settings(options: &BakeOptions, scene: &Scene) -> Result<layered::Settings> {
         camera,
         bytes_per_quad: options.bytes_per_quad,
         page_size: options.page_size,
+        foliage: options.foliage,
     })
 }
 

@@ -8,7 +8,7 @@ use farfield_metrics::{
     SilhouetteDisplacement, color_difference, compared_region, coverage, covered_in_any_sample,
     gap_pixels, layer_indices, parallax, phantom_pixels, silhouette_displacement, ssim_errors,
 };
-use farfield_sampling::{Lighting, Visibility, rasterize, record, shade};
+use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
 use farfield_views::Camera;
 use glam::DVec3;
 use std::cell::OnceCell;
@@ -269,7 +269,7 @@ fn touched_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
         .chain([f64::INFINITY])
         .collect();
     let eye = [camera.pose.eye.extend(1.0)];
-    let touched = record(scene, textures, camera, &slabs, &eye);
+    let touched = record(scene, textures, camera, &slabs, &eye, Foliage::Any);
     let mut least = Grid::filled(camera.width as usize, camera.height as usize, NONE);
     for sample in &touched.samples {
         let depth = reference.point_in_view(sample.hit.point_in_world(scene)).z;
@@ -321,6 +321,7 @@ fn touched(subject: &Subject<'_>, camera: &Camera) -> BitMask {
         camera,
         &[0.0, f64::INFINITY],
         &[camera.pose.eye.extend(1.0)],
+        Foliage::Any,
     );
     everything.masks(0, camera.width, camera.height).opaque
 }
