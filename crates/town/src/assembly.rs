@@ -1,16 +1,23 @@
 //! From shapes to a scene.
 
+use crate::canvas::Detail;
 use crate::shape::Shape;
 use crate::skin::Skin;
 use farfield_scene::{Filter, Mesh, Object, Scene, Texture, Wrap};
-use glam::{DAffine3, Vec4};
+use glam::DAffine3;
+use rayon::prelude::*;
 
-/// A scene with the materials of all skins and no geometry.
-pub(crate) fn empty_scene(seed: u32) -> Scene {
+/// A scene with the materials of the first `skins` of all skins and no geometry.
+pub(crate) fn empty_scene(seed: u32, skins: usize, detail: Detail) -> Scene {
+    let skins = &Skin::ALL[..skins];
+    let images: Vec<_> = skins
+        .par_iter()
+        .map(|skin| Some(skin.painting(seed)?.image(detail)))
+        .collect();
     let mut scene = Scene::default();
-    for skin in Skin::ALL {
+    for (&skin, image) in skins.iter().zip(images) {
         let mut material = skin.material();
-        if let Some(image) = skin.image(seed) {
+        if let Some(image) = image {
             material.base_color_texture = Some(scene.textures.len() as u32);
             let wrap = match skin.tiles() {
                 true => Wrap::Repeat,
@@ -34,7 +41,7 @@ pub(crate) fn add_mesh(scene: &mut Scene, shape: &Shape) -> u32 {
     scene.positions.extend(&shape.positions);
     scene.normals.extend(&shape.normals);
     scene.uvs.extend(&shape.uvs);
-    scene.colors.resize(scene.positions.len(), Vec4::ONE);
+    scene.colors.extend(&shape.colors);
     scene
         .triangles
         .extend(shape.triangles.iter().map(|t| t.map(|v| v + first)));

@@ -1,6 +1,7 @@
 //! The built-in house.
 
 use crate::assembly::{add_mesh, add_object, empty_scene, place};
+use crate::canvas::Detail;
 use crate::chimneys::chimney;
 use crate::facade::{Cell, Facade, add_wall, add_wall_with_niche};
 use crate::noise;
@@ -35,15 +36,20 @@ const UPPER_BOTTOM: f32 = 4.4;
 ///
 /// * `seed` - for the noise in the textures; the geometry is always the same
 pub fn house(seed: u64) -> Scene {
-    let mut scene = empty_scene(noise::fold(seed));
-    add_slabs(&mut scene);
-    add_ground_storey(&mut scene);
-    add_upper_storey(&mut scene);
-    add_gables(&mut scene);
-    add_entrance(&mut scene);
-    add_roof(&mut scene);
-    add_woodshed(&mut scene);
+    let mut scene = empty_scene(noise::fold(seed), Skin::OF_HOUSE, Detail::Full);
+    add_house(&mut scene);
     scene
+}
+
+/// Adds the meshes and objects of the house.
+pub(crate) fn add_house(scene: &mut Scene) {
+    add_slabs(scene);
+    add_ground_storey(scene);
+    add_upper_storey(scene);
+    add_gables(scene);
+    add_entrance(scene);
+    add_roof(scene);
+    add_woodshed(scene);
 }
 
 /// Closed boxes in which the walls end, so that no wall needs a top or a bottom.
@@ -123,7 +129,13 @@ fn place_fittings(
 fn add_ground_storey(scene: &mut Scene) {
     let fittings = [
         ("window", add_mesh(scene, &window(WINDOW, Skin::Trim))),
-        ("shutters", add_mesh(scene, &shutters(WINDOW))),
+        (
+            "shutters",
+            add_mesh(
+                scene,
+                &shutters(WINDOW, [Skin::Shutter, Skin::Slat], Vec3::ONE),
+            ),
+        ),
     ];
     let storey = Storey {
         name: "ground",
@@ -266,7 +278,7 @@ fn add_roof(scene: &mut Scene) {
         DAffine3::from_translation(DVec3::new(0.0, 0.0, 12.0)),
     );
 
-    let mesh = add_mesh(scene, &dormer());
+    let mesh = add_mesh(scene, &dormer(Vec3::ONE));
     let front = 6.9;
     let [_, right, _, left] = Facade::around(front, 0.0);
     for side in [right, left] {

@@ -1,5 +1,20 @@
 #![doc = include_str!("../README.md")]
 
+mod town;
+
+mod plan;
+mod settle;
+mod terrain;
+
+mod part;
+
+mod building;
+mod castle;
+mod church;
+mod furniture;
+mod housetop;
+mod tree;
+
 mod house;
 
 mod chimneys;
@@ -14,7 +29,11 @@ mod shape;
 mod skin;
 
 mod canvas;
+mod dice;
+mod names;
 mod noise;
+mod palette;
 mod textures;
 
 pub use house::house;
+pub use town::{TOWN_TRIANGLES, town};

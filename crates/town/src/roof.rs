@@ -81,9 +81,12 @@ pub(crate) fn gutters(outermost: f32, half_depth: f32) -> Shape {
 }
 
 /// A dormer with a gable of its own, in wall coordinates: the origin where the middle of its front
-/// meets a roof of 45 degrees.
-pub(crate) fn dormer() -> Shape {
-    let mut shape = Shape::default();
+/// meets a roof of 45 degrees. `tint` is of its tiles.
+pub(crate) fn dormer(tint: Vec3) -> Shape {
+    let mut shape = Shape {
+        tint,
+        ..Shape::default()
+    };
     let facade = Facade {
         origin: Vec3::ZERO,
         right: Vec3::X,

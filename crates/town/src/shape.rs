@@ -1,16 +1,33 @@
 //! A mesh under construction, made of flat faces.
 
 use crate::skin::Skin;
-use glam::{Vec2, Vec3};
+use glam::{Affine3A, Vec2, Vec3, Vec4};
 
-/// Faces with normals, texture coordinates and skins; faces share no vertices.
-#[derive(Clone, Debug, Default)]
+/// Faces with normals, texture coordinates, colours and skins; faces share no vertices.
+#[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub(crate) positions: Vec<Vec3>,
     pub(crate) normals: Vec<Vec3>,
     pub(crate) uvs: Vec<Vec2>,
+    pub(crate) colors: Vec<Vec4>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) skins: Vec<Skin>,
+    /// Linear RGB of what is added from now on, where the skin takes a tint.
+    pub(crate) tint: Vec3,
+}
+
+impl Default for Shape {
+    fn default() -> Self {
+        Self {
+            positions: Vec::new(),
+            normals: Vec::new(),
+            uvs: Vec::new(),
+            colors: Vec::new(),
+            triangles: Vec::new(),
+            skins: Vec::new(),
+            tint: Vec3::ONE,
+        }
+    }
 }
 
 impl Shape {
@@ -38,10 +55,38 @@ impl Shape {
         self.positions.extend(corners);
         self.normals.extend(vec![normal_of(corners); corners.len()]);
         self.uvs.extend(uvs);
+        self.colors.resize(self.positions.len(), self.color(skin));
         for i in 2..corners.len() as u32 {
             self.triangles.push([first, first + i - 1, first + i]);
             self.skins.push(skin);
         }
+    }
+
+    /// Colour of vertices of a skin.
+    fn color(&self, skin: Skin) -> Vec4 {
+        match skin.takes_tint() {
+            true => self.tint.extend(1.0),
+            false => Vec4::ONE,
+        }
+    }
+
+    /// Adds triangles between points with normals of their own.
+    pub(crate) fn smooth(
+        &mut self,
+        skin: Skin,
+        points: impl Iterator<Item = (Vec3, Vec3, Vec2)>,
+        triangles: impl Iterator<Item = [u32; 3]>,
+    ) {
+        let first = self.positions.len() as u32;
+        for (position, normal, uv) in points {
+            self.positions.push(position);
+            self.normals.push(normal);
+            self.uvs.push(uv);
+        }
+        self.colors.resize(self.positions.len(), self.color(skin));
+        self.triangles
+            .extend(triangles.map(|t| t.map(|v| v + first)));
+        self.skins.resize(self.triangles.len(), skin);
     }
 
     /// Adds a quad that shows the whole texture; corners from the lower left.
@@ -76,11 +121,28 @@ impl Shape {
 
     /// Adds another shape, moved.
     pub(crate) fn append(&mut self, other: &Self, by: Vec3) {
+        self.extend(other, |p| p + by, |n| n);
+    }
+
+    /// Adds another shape, moved, turned and scaled by the same factor along all axes.
+    pub(crate) fn append_placed(&mut self, other: &Self, place: &Affine3A) {
+        let normal = |n| place.transform_vector3(n).normalize();
+        self.extend(other, |p| place.transform_point3(p), normal);
+    }
+
+    fn extend(
+        &mut self,
+        other: &Self,
+        position: impl Fn(Vec3) -> Vec3,
+        normal: impl Fn(Vec3) -> Vec3,
+    ) {
         let first = self.positions.len() as u32;
         self.positions
-            .extend(other.positions.iter().map(|&p| p + by));
-        self.normals.extend(&other.normals);
+            .extend(other.positions.iter().map(|&p| position(p)));
+        self.normals
+            .extend(other.normals.iter().map(|&n| normal(n)));
         self.uvs.extend(&other.uvs);
+        self.colors.extend(&other.colors);
         self.triangles
             .extend(other.triangles.iter().map(|t| t.map(|v| v + first)));
         self.skins.extend(&other.skins);

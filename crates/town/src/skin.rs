@@ -1,8 +1,8 @@
 //! What surfaces are covered with: one material and at most one texture each.
 
-use crate::canvas::srgb;
-use crate::textures::{clay, glass, masonry, metal, wood};
-use farfield_scene::{Image, Material};
+use crate::canvas::{Painting, linear, srgb};
+use crate::textures::{clay, foliage, glass, ground, masonry, metal, plaster, wood};
+use farfield_scene::{AlphaMode, Material};
 use glam::{Vec3, Vec4};
 
 /// How a texture is laid onto the cells of a wall.
@@ -63,11 +63,51 @@ pub(crate) enum Skin {
     Zinc,
     /// Gilded trim.
     Gold,
+    /// Plaster, tinted.
+    Plaster,
+    /// Slates of spires and better houses.
+    Slates,
+    /// A house door, tinted; one texture a door.
+    HouseDoor,
+    /// A shop window, tinted; one texture a cell.
+    ShopFront,
+    /// A leaf with slats, tinted; one texture a leaf.
+    PlainShutter,
+    /// Paving of streets.
+    Setts,
+    /// Paving of squares.
+    Flags,
+    /// Meadows and yards.
+    Grass,
+    /// Cliffs.
+    Rock,
+    /// Trunks and branches, tinted.
+    Bark,
+    /// Clusters of leaves with holes, tinted.
+    LimeLeaves,
+    /// Clusters of small leaves.
+    BirchLeaves,
+    /// Clusters of narrow leaves.
+    CypressLeaves,
+    /// Clusters of flowers, tinted.
+    Flowers,
+    /// Clipped hedges.
+    Hedge,
+    /// Painted wood or cloth, tinted, without texture.
+    Paint,
+    /// Wrought iron.
+    Iron,
+    /// Glass of lanterns, which glows.
+    Lamp,
+    /// Water of fountains.
+    Water,
+    /// A pointed window in pale stone; one texture a window.
+    ChurchWindow,
 }
 
 impl Skin {
-    /// All, in the order of their numbers.
-    pub(crate) const ALL: [Self; 22] = [
+    /// All, in the order of their numbers; those of the house come first.
+    pub(crate) const ALL: [Self; 42] = [
         Self::Sandstone,
         Self::Trim,
         Self::Granite,
@@ -90,10 +130,33 @@ impl Skin {
         Self::Clock,
         Self::Zinc,
         Self::Gold,
+        Self::Plaster,
+        Self::Slates,
+        Self::HouseDoor,
+        Self::ShopFront,
+        Self::PlainShutter,
+        Self::Setts,
+        Self::Flags,
+        Self::Grass,
+        Self::Rock,
+        Self::Bark,
+        Self::LimeLeaves,
+        Self::BirchLeaves,
+        Self::CypressLeaves,
+        Self::Flowers,
+        Self::Hedge,
+        Self::Paint,
+        Self::Iron,
+        Self::Lamp,
+        Self::Water,
+        Self::ChurchWindow,
     ];
 
+    /// How many of [`Skin::ALL`] the house uses.
+    pub(crate) const OF_HOUSE: usize = 22;
+
     /// The texture, or `None` where one colour does.
-    pub(crate) fn image(self, seed: u32) -> Option<Image> {
+    pub(crate) fn painting(self, seed: u32) -> Option<Painting> {
         Some(match self {
             Self::Sandstone => masonry::sandstone(seed),
             Self::Trim => masonry::trim(seed),
@@ -112,9 +175,24 @@ impl Skin {
             Self::Door => wood::door(seed),
             Self::Copper => metal::copper(seed),
             Self::Clock => metal::clock(),
-            Self::RidgeTiles | Self::Frame | Self::Slat | Self::Zinc | Self::Gold => {
-                return None;
-            }
+            Self::Plaster => plaster::plaster(seed),
+            Self::Slates => clay::slates(seed),
+            Self::HouseDoor => wood::house_door(seed),
+            Self::ShopFront => wood::shop_front(seed),
+            Self::PlainShutter => wood::plain_shutter(seed),
+            Self::Setts => ground::setts(seed),
+            Self::Flags => ground::flags(seed),
+            Self::Grass => ground::grass(seed),
+            Self::Rock => ground::rock(seed),
+            Self::Bark => foliage::bark(seed),
+            Self::LimeLeaves => foliage::lime(seed),
+            Self::BirchLeaves => foliage::birch(seed),
+            Self::CypressLeaves => foliage::cypress(seed),
+            Self::Flowers => foliage::flowers(seed),
+            Self::Hedge => foliage::hedge(seed),
+            Self::ChurchWindow => glass::church_window(seed),
+            Self::RidgeTiles | Self::Frame | Self::Slat | Self::Zinc | Self::Gold => return None,
+            Self::Paint | Self::Iron | Self::Lamp | Self::Water => return None,
         })
     }
 
@@ -126,6 +204,10 @@ impl Skin {
             Self::Tiles => 4.0,
             Self::Planks => 1.6,
             Self::Copper => 2.0,
+            Self::Plaster | Self::Setts => 3.0,
+            Self::Slates | Self::Flags => 4.0,
+            Self::Grass | Self::Rock => 6.0,
+            Self::Hedge => 1.5,
             _ => 1.0,
         }
     }
@@ -133,7 +215,7 @@ impl Skin {
     /// How the texture is laid onto a wall.
     pub(crate) fn fit(self) -> Fit {
         match self {
-            Self::WindowPanel | Self::BracedPanel => Fit::Cell,
+            Self::WindowPanel | Self::BracedPanel | Self::ShopFront => Fit::Cell,
             Self::Sandstone => Fit::Storey,
             _ => Fit::Metres,
         }
@@ -152,7 +234,44 @@ impl Skin {
                 | Self::Tiles
                 | Self::Brick
                 | Self::Copper
+                | Self::Plaster
+                | Self::Slates
+                | Self::Setts
+                | Self::Flags
+                | Self::Grass
+                | Self::Rock
+                | Self::Bark
+                | Self::Hedge
         )
+    }
+
+    /// Whether it shows clusters of leaves or flowers, with holes between them, from both sides.
+    pub(crate) fn is_foliage(self) -> bool {
+        matches!(
+            self,
+            Self::LimeLeaves | Self::BirchLeaves | Self::CypressLeaves | Self::Flowers
+        )
+    }
+
+    /// Whether it takes the tint of the shape it is added to.
+    pub(crate) fn takes_tint(self) -> bool {
+        self.is_foliage()
+            || matches!(
+                self,
+                Self::Plaster
+                    | Self::WindowPanel
+                    | Self::BracedPanel
+                    | Self::Tiles
+                    | Self::RidgeTiles
+                    | Self::Slates
+                    | Self::HouseDoor
+                    | Self::ShopFront
+                    | Self::PlainShutter
+                    | Self::Bark
+                    | Self::Grass
+                    | Self::Hedge
+                    | Self::Paint
+            )
     }
 
     /// Whether the texture's grain runs along a face's longest edge.
@@ -168,8 +287,11 @@ impl Skin {
             Self::Slat => (wood::SHUTTER, 0.0, 0.6),
             Self::Zinc => (srgb(0x6e7a80), 0.0, 0.5),
             Self::Gold => (srgb(0xd9a441), 0.0, 0.4),
-            Self::Pane | Self::Fanlight => (Vec3::ONE, 0.0, 0.15),
+            Self::Pane | Self::Fanlight | Self::ChurchWindow => (Vec3::ONE, 0.0, 0.15),
             Self::Copper => (Vec3::ONE, 0.0, 0.6),
+            Self::Iron => (srgb(0x2e3233), 0.0, 0.5),
+            Self::Lamp => (srgb(0xf4d58a), 0.0, 0.3),
+            Self::Water => (srgb(0x5f93a8), 0.0, 0.1),
             _ => (Vec3::ONE, 0.0, 0.9),
         };
         Material {
@@ -177,15 +299,16 @@ impl Skin {
             base_color: Vec4::from((linear(color), 1.0)),
             metallic,
             roughness,
+            emissive: match self {
+                Self::Lamp => linear(srgb(0x8a6a30)),
+                _ => Vec3::ZERO,
+            },
+            alpha: match self.is_foliage() {
+                true => AlphaMode::Mask { cutoff: 0.5 },
+                false => AlphaMode::Opaque,
+            },
+            double_sided: self.is_foliage(),
             ..Material::default()
         }
     }
-}
-
-/// Linear light from sRGB, both in [0, 1], after IEC 61966-2-1.
-fn linear(srgb: Vec3) -> Vec3 {
-    srgb.map(|c| match c <= 0.04045 {
-        true => c / 12.92,
-        false => ((c + 0.055) / 1.055).powf(2.4),
-    })
 }

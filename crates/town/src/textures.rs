@@ -5,14 +5,18 @@
 //! and the walls under eaves are dark.
 
 pub(crate) mod clay;
+pub(crate) mod foliage;
 pub(crate) mod glass;
+pub(crate) mod ground;
 pub(crate) mod masonry;
 pub(crate) mod metal;
+pub(crate) mod plaster;
 pub(crate) mod wood;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::canvas::Detail;
     use farfield_scene::Image;
 
     /// Mean difference of neighbouring columns, each with the one to its right, the last with the
@@ -55,8 +59,8 @@ mod tests {
     #[test]
     fn repeating_textures_have_no_seam() {
         for seed in [0, 9, 77] {
-            check_seam(&masonry::sandstone(seed));
-            for image in [
+            check_seam(&masonry::sandstone(seed).image(Detail::Full));
+            for painting in [
                 masonry::trim(seed),
                 masonry::granite(seed),
                 masonry::rubble(seed),
@@ -65,7 +69,16 @@ mod tests {
                 wood::beam(seed),
                 wood::planks(seed),
                 metal::copper(seed),
+                clay::slates(seed),
+                foliage::bark(seed),
+                foliage::hedge(seed),
+                ground::setts(seed),
+                ground::flags(seed),
+                ground::grass(seed),
+                ground::rock(seed),
+                plaster::plaster(seed),
             ] {
+                let image = painting.image(Detail::Full);
                 check_seam(&image);
                 check_seam(&transposed(&image));
             }
@@ -75,7 +88,8 @@ mod tests {
     /// Nowhere so dark or bright that light and weathering could not be told any more.
     #[test]
     fn textures_are_neither_black_nor_burnt_out() {
-        for image in [masonry::sandstone(3), clay::tiles(3), wood::braced_panel(3)] {
+        for painting in [masonry::sandstone(3), clay::tiles(3), wood::braced_panel(3)] {
+            let image = painting.image(Detail::Full);
             let texels = image.texels.len();
             let extreme = image.texels.iter().filter(|[r, g, b, _]| {
                 let sum = u32::from(*r) + u32::from(*g) + u32::from(*b);

@@ -27,6 +27,13 @@ pub(crate) fn window(size: Vec2, sill: Skin) -> Shape {
     shape
 }
 
+/// The sill alone, for a niche of a width.
+pub(crate) fn sill(width: f32, skin: Skin) -> Shape {
+    let mut shape = Shape::default();
+    add_sill(&mut shape, width / 2.0 + 0.1, skin);
+    shape
+}
+
 /// A wedge that slopes from the pane to a nose in front of the wall, and back under it.
 fn add_sill(shape: &mut Shape, half_width: f32, skin: Skin) {
     let section = [
@@ -43,9 +50,14 @@ fn add_sill(shape: &mut Shape, half_width: f32, skin: Skin) {
 }
 
 /// Two shutters that stand a little ajar: wedges with their hinges in the wall.
-pub(crate) fn shutters(size: Vec2) -> Shape {
-    let mut shape = Shape::default();
-    let (hinge, edge) = (size.x / 2.0 + 0.02, size.x / 2.0 + 0.8);
+///
+/// Skins are of the leaves' fronts, and of their rims.
+pub(crate) fn shutters(size: Vec2, [leaf, rim]: [Skin; 2], tint: Vec3) -> Shape {
+    let mut shape = Shape {
+        tint,
+        ..Shape::default()
+    };
+    let (hinge, edge) = (size.x / 2.0 + 0.02, size.x);
     let (bottom, top) = (-0.04, size.y + 0.04);
     for side in [-1.0, 1.0] {
         let [hinge, edge, wall] = [(hinge, -0.01), (edge, 0.12), (edge, -0.01)]
@@ -59,12 +71,12 @@ pub(crate) fn shutters(size: Vec2) -> Shape {
         for [i, j] in [[0, 1], [1, 2]] {
             let corners = [low[i], low[j], high[j], high[i]];
             match low[i] == wall || low[j] == wall {
-                true => shape.face(Skin::Slat, &corners),
-                false => shape.picture(Skin::Shutter, corners),
+                true => shape.face(rim, &corners),
+                false => shape.picture(leaf, corners),
             }
         }
-        shape.face(Skin::Slat, &high);
-        shape.face(Skin::Slat, &[low[2], low[1], low[0]]);
+        shape.face(rim, &high);
+        shape.face(rim, &[low[2], low[1], low[0]]);
     }
     shape
 }

@@ -1,17 +1,16 @@
-//! Clay roof tiles.
+//! Clay roof tiles, and slates.
 
-use crate::canvas::{paint, smooth, srgb};
+use crate::canvas::{Painting, paint, smooth, srgb};
 use crate::noise::{fractal, random};
-use farfield_scene::Image;
 
 /// Tiles side by side, and courses; even, because every other course is shifted by half a tile.
 const TILES: i32 = 16;
 const _: () = assert!(TILES % 2 == 0);
 
 /// Plain tiles of 25 cm with rounded lower ends, in courses that overlap; 4 m.
-pub(crate) fn tiles(seed: u32) -> Image {
+pub(crate) fn tiles(seed: u32) -> Painting {
     let tones = [0xb9553b, 0xaa4a33, 0xc46447, 0x9c4432, 0xb25841, 0xbf6c4f].map(srgb);
-    paint("tiles", 512, |uv| {
+    paint("tiles", 512, move |uv| {
         let at = uv * TILES as f32;
         let course = at.y.floor() as i32;
         let down = at.y - at.y.floor();
@@ -41,6 +40,21 @@ pub(crate) fn tiles(seed: u32) -> Image {
         let lichen = smooth(0.2, 0.36, fractal(uv, [9, 9], 3, seed + 4) - 0.42);
         let clay = tone * (1.0 + 0.3 * weather + 0.22 * grain);
         clay.lerp(srgb(0x9a8a5e), 0.3 * lichen) * shadow * gap * lip * slope
+    })
+}
+
+/// Blue-grey slates of 25 cm in courses; 4 m.
+pub(crate) fn slates(seed: u32) -> Painting {
+    paint("slates", 512, move |uv| {
+        let at = uv * TILES as f32;
+        let course = at.y.floor() as i32;
+        let (slate, across) = column(at.x, course);
+        let slate = [slate, course].map(|i| i.rem_euclid(TILES));
+        let tone = srgb(0x5c6672).lerp(srgb(0x7d848c), random(slate, seed + 7));
+        let weather = fractal(uv, [5, 5], 3, seed + 8) - 0.5;
+        let shadow = 0.6 + 0.4 * smooth(0.0, 0.25, at.y - at.y.floor());
+        let gap = 0.75 + 0.25 * smooth(0.0, 0.08, across.min(1.0 - across));
+        tone * (1.0 + 0.3 * weather) * shadow * gap
     })
 }
 

@@ -1,15 +1,14 @@
 //! Panes with the sky in them.
 
-use crate::canvas::{along_and_distance, distance_to_rect, paint, smooth, srgb};
+use crate::canvas::{Painting, along_and_distance, distance_to_rect, paint, smooth, srgb};
 use crate::noise::fractal;
-use farfield_scene::Image;
 use glam::{Vec2, Vec3};
 
 const FRAME: Vec3 = srgb(0xf2ecdf);
 
 /// A window of two lights with a transom and glazing bars.
-pub(crate) fn pane(seed: u32) -> Image {
-    paint("pane", 256, |uv| {
+pub(crate) fn pane(seed: u32) -> Painting {
+    paint("pane", 256, move |uv| {
         let transom = 0.3;
         let half = |center: Vec2, size: Vec2| distance_to_rect(uv, center, size);
         // Two tall lights and two small ones above; frame is what lies outside of all.
@@ -33,8 +32,8 @@ pub(crate) fn pane(seed: u32) -> Image {
 }
 
 /// A half disc with spokes; the lower edge's middle is its centre.
-pub(crate) fn fanlight(seed: u32) -> Image {
-    paint("fanlight", 256, |uv| {
+pub(crate) fn fanlight(seed: u32) -> Painting {
+    paint("fanlight", 256, move |uv| {
         let from_center = Vec2::new(2.0 * uv.x - 1.0, 1.0 - uv.y);
         let radius = from_center.length();
         let spokes = [[1.0, 0.0], [0.866, 0.5], [0.5, 0.866], [0.0, 1.0]];
@@ -68,4 +67,24 @@ fn sky(uv: Vec2, seed: u32) -> Vec3 {
 
 fn frame(uv: Vec2) -> Vec3 {
     FRAME * (0.96 + 0.08 * (1.0 - uv.y) * fractal(uv, [4, 32], 2, 3))
+}
+
+/// A tall pointed window with leaded panes and tracery in a wall of pale stone.
+pub(crate) fn church_window(seed: u32) -> Painting {
+    paint("church window", 256, move |uv| {
+        let p = Vec2::new((uv.x - 0.5).abs(), uv.y);
+        // Two arcs around each other's feet make the pointed arch.
+        let opening = |half: f32, spring: f32| match p.y > spring {
+            true => (p.x - half).max(p.y - 0.95),
+            false => Vec2::new(p.x + half, 0.55 * (p.y - spring)).length() - 2.0 * half,
+        };
+        let (outer, inner) = (opening(0.4, 0.42), opening(0.3, 0.45));
+        let mullion = 0.018 - p.x.min((p.x - 0.16).abs());
+        let lead = Vec2::new(p.x * 14.0 + uv.y * 22.0, p.x * 14.0 - uv.y * 22.0);
+        let lead = lead.fract().abs().min_element();
+        let glass = sky(uv, seed + 5) * 0.7 * (0.7 + 0.3 * smooth(0.05, 0.2, lead));
+        let stone = srgb(0xd9cbab) * (0.92 + 0.16 * fractal(uv, [12, 12], 3, seed + 6));
+        let shade = 0.75 + 0.25 * smooth(0.0, 0.05, (outer - 0.01).abs());
+        glass.lerp(stone, smooth(-0.008, 0.008, mullion.max(inner))) * shade
+    })
 }

@@ -1,8 +1,7 @@
 //! Stones in courses: ashlar, rubble, brick.
 
-use crate::canvas::{paint, smooth, srgb};
+use crate::canvas::{Painting, paint, smooth, srgb};
 use crate::noise::{fractal, random};
-use farfield_scene::Image;
 use glam::{Vec2, Vec3};
 
 /// Courses of equal stones, every other one shifted by half a stone.
@@ -50,14 +49,14 @@ impl Bond {
 
 /// Honey-coloured sandstone blocks of 80 by 40 cm for a wall of 3.2 m, in the shade of what juts
 /// out above, and stained by rain that splashes up from below.
-pub(crate) fn sandstone(seed: u32) -> Image {
+pub(crate) fn sandstone(seed: u32) -> Painting {
     let bond = Bond {
         counts: [4, 8],
         joint: 0.035,
         wobble: 0.02,
     };
     let tones = [0xdcbf8f, 0xd2b07c, 0xe3cb9f, 0xcfae80, 0xd9b98c].map(srgb);
-    paint("sandstone", 512, |uv| {
+    paint("sandstone", 512, move |uv| {
         let at = bond.locate(uv, 2.0, seed);
         let tone = pick(&tones, at.stone, seed);
         let grain = fractal(uv, [8, 32], 3, seed + 1) - 0.5;
@@ -71,17 +70,17 @@ pub(crate) fn sandstone(seed: u32) -> Image {
 }
 
 /// Pale smooth stone; 1 m.
-pub(crate) fn trim(seed: u32) -> Image {
+pub(crate) fn trim(seed: u32) -> Painting {
     smooth_stone("trim", srgb(0xe2d4b4), 0.6, seed)
 }
 
 /// Grey stone with coarse grain; 1 m.
-pub(crate) fn granite(seed: u32) -> Image {
+pub(crate) fn granite(seed: u32) -> Painting {
     smooth_stone("granite", srgb(0xa39b8e), 1.0, seed + 1)
 }
 
-fn smooth_stone(name: &str, tone: Vec3, contrast: f32, seed: u32) -> Image {
-    paint(name, 256, |uv| {
+fn smooth_stone(name: &'static str, tone: Vec3, contrast: f32, seed: u32) -> Painting {
+    paint(name, 256, move |uv| {
         let cloud = fractal(uv, [4, 4], 3, seed + 14) - 0.5;
         let grain = fractal(uv, [64, 64], 2, seed + 17) - 0.5;
         tone * (1.0 + contrast * (0.25 * cloud + 0.3 * grain))
@@ -89,14 +88,14 @@ fn smooth_stone(name: &str, tone: Vec3, contrast: f32, seed: u32) -> Image {
 }
 
 /// Grey-brown stones of many tones; 1.8 m.
-pub(crate) fn rubble(seed: u32) -> Image {
+pub(crate) fn rubble(seed: u32) -> Painting {
     let bond = Bond {
         counts: [4, 6],
         joint: 0.07,
         wobble: 0.3,
     };
     let tones = [0x8d8478, 0x7c756c, 0x9a8f7f, 0x857a6b, 0xa09685].map(srgb);
-    paint("rubble", 256, |uv| {
+    paint("rubble", 256, move |uv| {
         let at = bond.locate(uv, 1.5, seed);
         let tone = pick(&tones, at.stone, seed);
         let rough = fractal(uv, [12, 12], 4, seed + 3) - 0.5;
@@ -106,14 +105,14 @@ pub(crate) fn rubble(seed: u32) -> Image {
 }
 
 /// Red bricks of 25 by 8 cm; 1 m.
-pub(crate) fn brick(seed: u32) -> Image {
+pub(crate) fn brick(seed: u32) -> Painting {
     let bond = Bond {
         counts: [4, 12],
         joint: 0.16,
         wobble: 0.05,
     };
     let tones = [0xa9573a, 0x984a30, 0xb66748, 0x8c4630, 0xaf5f3c].map(srgb);
-    paint("brick", 256, |uv| {
+    paint("brick", 256, move |uv| {
         let at = bond.locate(uv, 3.0, seed);
         let tone = pick(&tones, at.stone, seed);
         let rough = fractal(uv, [16, 16], 3, seed + 4) - 0.5;

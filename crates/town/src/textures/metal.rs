@@ -1,13 +1,12 @@
 //! Copper sheets and the clock.
 
-use crate::canvas::{along_and_distance, paint, smooth, srgb};
+use crate::canvas::{Painting, along_and_distance, paint, smooth, srgb};
 use crate::noise::{fractal, random};
-use farfield_scene::Image;
 use glam::Vec2;
 
 /// Green copper in sheets of 50 cm with standing seams and streaks; 2 m.
-pub(crate) fn copper(seed: u32) -> Image {
-    paint("copper", 256, |uv| {
+pub(crate) fn copper(seed: u32) -> Painting {
+    paint("copper", 256, move |uv| {
         let sheet = uv * 4.0;
         let tone = random([sheet.x as i32, sheet.y as i32], seed);
         let streak = fractal(uv, [32, 3], 3, seed + 1);
@@ -22,9 +21,9 @@ pub(crate) fn copper(seed: u32) -> Image {
 }
 
 /// A clock at eight minutes past ten, in the disc inscribed into the texture.
-pub(crate) fn clock() -> Image {
+pub(crate) fn clock() -> Painting {
     let (ink, gold) = (srgb(0x1d2b3d), srgb(0xe0b04c));
-    paint("clock", 256, |uv| {
+    paint("clock", 256, move |uv| {
         let p = Vec2::new(2.0 * uv.x - 1.0, 1.0 - 2.0 * uv.y);
         let radius = p.length();
         let hour = |n: u32| Vec2::from_angle((3.0 - n as f32) * std::f32::consts::FRAC_PI_6);

@@ -1,9 +1,8 @@
 //! Timber frames, boards, shutters and the door.
 
-use crate::canvas::{along_and_distance, distance_to_rect, paint, smooth, srgb};
+use crate::canvas::{Painting, along_and_distance, distance_to_rect, paint, smooth, srgb};
 use crate::noise::{fractal, random};
 use crate::windows::WINDOW;
-use farfield_scene::Image;
 use glam::{Vec2, Vec3};
 
 /// The paint of the shutters, sRGB.
@@ -21,7 +20,7 @@ pub(crate) const PARAPET: f32 = 1.0;
 type Timber = [f32; 5];
 
 /// Half-timbered wall of 3.6 m around a window, which hides the middle.
-pub(crate) fn window_panel(seed: u32) -> Image {
+pub(crate) fn window_panel(seed: u32) -> Painting {
     let (left, right) = (PANEL / 2.0 - WINDOW.x / 2.0, PANEL / 2.0 + WINDOW.x / 2.0);
     let (sill, lintel) = (PARAPET, PARAPET + WINDOW.y);
     let post = 0.11;
@@ -39,11 +38,11 @@ pub(crate) fn window_panel(seed: u32) -> Image {
         [right + post, 0.0, right + post, PANEL, 0.22],
     ];
     timbers.extend(frame());
-    half_timbered("window panel", &timbers, seed)
+    half_timbered("window panel", timbers, seed)
 }
 
 /// Half-timbered wall of 3.6 m: a post with long braces to both sides.
-pub(crate) fn braced_panel(seed: u32) -> Image {
+pub(crate) fn braced_panel(seed: u32) -> Painting {
     let middle = PANEL / 2.0;
     let mut timbers = vec![
         [0.0, PARAPET - 0.08, PANEL, PARAPET - 0.08, 0.19],
@@ -53,7 +52,7 @@ pub(crate) fn braced_panel(seed: u32) -> Image {
         [middle, 0.0, middle, PANEL, 0.24],
     ];
     timbers.extend(frame());
-    half_timbered("braced panel", &timbers, seed)
+    half_timbered("braced panel", timbers, seed)
 }
 
 /// Timbers that all panels have on their edges; half of each belongs to the neighbour.
@@ -67,8 +66,8 @@ fn frame() -> [Timber; 4] {
 }
 
 /// Plaster between timbers; later ones lie on top.
-fn half_timbered(name: &str, timbers: &[Timber], seed: u32) -> Image {
-    paint(name, 512, |uv| {
+fn half_timbered(name: &'static str, timbers: Vec<Timber>, seed: u32) -> Painting {
+    paint(name, 512, move |uv| {
         let p = Vec2::new(uv.x, 1.0 - uv.y) * PANEL;
         // The topmost timber here, and the distance to the nearest edge of any.
         let mut wood = None;
@@ -116,13 +115,13 @@ fn oak(uv: Vec2, seed: u32) -> Vec3 {
 }
 
 /// Dark wood, its grain along u; 1 m.
-pub(crate) fn beam(seed: u32) -> Image {
-    paint("beam", 256, |uv| oak(uv, seed))
+pub(crate) fn beam(seed: u32) -> Painting {
+    paint("beam", 256, move |uv| oak(uv, seed))
 }
 
 /// Upright boards of 20 cm; 1.6 m.
-pub(crate) fn planks(seed: u32) -> Image {
-    paint("planks", 256, |uv| {
+pub(crate) fn planks(seed: u32) -> Painting {
+    paint("planks", 256, move |uv| {
         let at = uv.x * 8.0;
         let tone = 0.85 + 0.3 * random([at as i32, 0], seed + 31);
         let gap = 0.5 - (at - at.floor() - 0.5).abs();
@@ -132,8 +131,17 @@ pub(crate) fn planks(seed: u32) -> Image {
 }
 
 /// A leaf of two fields of slats in a frame.
-pub(crate) fn shutter(seed: u32) -> Image {
-    paint("shutter", 256, |uv| {
+pub(crate) fn shutter(seed: u32) -> Painting {
+    slatted("shutter", SHUTTER, seed)
+}
+
+/// The same nearly white, to be tinted.
+pub(crate) fn plain_shutter(seed: u32) -> Painting {
+    slatted("plain shutter", Vec3::splat(0.9), seed)
+}
+
+fn slatted(name: &'static str, color: Vec3, seed: u32) -> Painting {
+    paint(name, 256, move |uv| {
         let fields =
             [0.28, 0.74].map(|y| distance_to_rect(uv, Vec2::new(0.5, y), Vec2::new(0.36, 0.2)));
         let to_field = fields[0].min(fields[1]);
@@ -143,13 +151,13 @@ pub(crate) fn shutter(seed: u32) -> Image {
             true => slats * (0.65 + 0.35 * smooth(0.0, 0.05, -to_field)),
             false => 1.0 - 0.25 * smooth(0.02, 0.0, to_field),
         };
-        painted(SHUTTER, uv, seed) * light
+        painted(color, uv, seed) * light
     })
 }
 
 /// A wall of the turret: boards around an arched hole with slats.
-pub(crate) fn louvre(seed: u32) -> Image {
-    paint("louvre", 256, |uv| {
+pub(crate) fn louvre(seed: u32) -> Painting {
+    paint("louvre", 256, move |uv| {
         let hole = distance_to_rect(uv, Vec2::new(0.5, 0.6), Vec2::new(0.25, 0.2))
             .min(uv.distance(Vec2::new(0.5, 0.4)) - 0.25);
         let slat = (uv.y * 12.0).fract();
@@ -165,13 +173,13 @@ pub(crate) fn louvre(seed: u32) -> Image {
 }
 
 /// Two leaves with three panels each, a knob and a strip of brass at the foot.
-pub(crate) fn door(seed: u32) -> Image {
+pub(crate) fn door(seed: u32) -> Painting {
     let panels = [
         ([0.25, 0.2], [0.15, 0.12]),
         ([0.25, 0.52], [0.15, 0.13]),
         ([0.25, 0.82], [0.15, 0.09]),
     ];
-    paint("door", 512, |uv| {
+    paint("door", 512, move |uv| {
         // The right leaf mirrors the left one.
         let p = Vec2::new(0.5 - (uv.x - 0.5).abs(), uv.y);
         let [bulge, to_panel] = panels
@@ -189,6 +197,51 @@ pub(crate) fn door(seed: u32) -> Image {
         let brass = srgb(0xd6a84a) * (1.0 - 4.0 * (p.y - 0.55).max(0.0));
         leaf.lerp(brass, smooth(0.004, 0.0, knob))
             .lerp(srgb(0xa88339), smooth(0.965, 0.97, uv.y) * 0.8)
+    })
+}
+
+/// A house door of one leaf with two panels and a light over it, nearly white, to be tinted.
+pub(crate) fn house_door(seed: u32) -> Painting {
+    let fields = [([0.5, 0.52], [0.3, 0.14]), ([0.5, 0.82], [0.3, 0.1])];
+    paint("house door", 256, move |uv| {
+        let to_field = fields
+            .map(|(center, half)| distance_to_rect(uv, Vec2::from(center), Vec2::from(half)))
+            .into_iter()
+            .fold(1.0, f32::min);
+        let groove = 1.0 - 0.45 * smooth(0.025, 0.0, (to_field + 0.015).abs());
+        let light = distance_to_rect(uv, Vec2::new(0.5, 0.17), Vec2::new(0.36, 0.1));
+        let knob = smooth(0.012, 0.0, uv.distance(Vec2::new(0.88, 0.58)) - 0.02);
+        let edge = 0.6 + 0.4 * smooth(0.0, 0.07, uv.x.min(1.0 - uv.x).min(uv.y));
+        (painted(Vec3::splat(0.9), uv, seed + 5) * groove * edge)
+            .lerp(srgb(0x2a3b48), smooth(0.01, -0.01, light))
+            .lerp(srgb(0xd6a84a), knob)
+    })
+}
+
+/// A shop window between boards with a lettering board over it, nearly white, to be tinted.
+pub(crate) fn shop_front(seed: u32) -> Painting {
+    paint("shop front", 512, move |uv| {
+        let glass = [0.27, 0.73]
+            .map(|x| distance_to_rect(uv, Vec2::new(x, 0.53), Vec2::new(0.2, 0.25)))
+            .into_iter()
+            .fold(1.0, f32::min);
+        let goods = random([(uv.x * 18.0) as i32, (uv.y * 16.0) as i32], seed + 57);
+        let inside = match uv.y > 0.62 {
+            true => srgb(0x4a3a2c).lerp(srgb(0xd9a860), goods * goods),
+            false => srgb(0x2c3a42).lerp(srgb(0xe9c98a), 0.5 * smooth(0.3, 0.62, uv.y)),
+        };
+        let board = distance_to_rect(uv, Vec2::new(0.5, 0.13), Vec2::new(0.43, 0.07));
+        let script = smooth(0.55, 0.62, fractal(uv, [26, 5], 2, seed + 58))
+            * smooth(
+                0.0,
+                0.02,
+                -distance_to_rect(uv, Vec2::new(0.5, 0.13), Vec2::new(0.3, 0.035)),
+            );
+        let wood = painted(Vec3::splat(0.85), uv, seed + 6)
+            * (0.75 + 0.25 * smooth(0.0, 0.02, board.abs()))
+            * (0.7 + 0.3 * smooth(0.0, 0.03, glass));
+        wood.lerp(Vec3::splat(0.98), script)
+            .lerp(inside, smooth(0.004, -0.004, glass))
     })
 }
 
