@@ -8,8 +8,8 @@ use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use glam::DVec3;
 use std::path::PathBuf;
-use xtask::{BuiltIn, SceneChoice};
 use xtask::layered::{Settings, cull, place, record_layers};
+use xtask::{BuiltIn, SceneChoice};
 
 /// A scene and the view cell it is looked at from.
 pub(crate) struct Model {

@@ -104,7 +104,13 @@ pub(crate) fn growth(model: &Model) {
         });
         let textures = Textures::new(&grown.scene);
         let start = Instant::now();
-        let recording = record_layers(&grown.scene, &textures, &grown.stack, &grown.cell, Foliage::Any);
+        let recording = record_layers(
+            &grown.scene,
+            &textures,
+            &grown.stack,
+            &grown.cell,
+            Foliage::Any,
+        );
         let seconds = start.elapsed().as_secs_f64();
         let triangles = grown.scene.drawn_triangles();
         println!(

@@ -28,7 +28,15 @@ pub(crate) fn bench(criterion: &mut Criterion, models: &[Layered]) {
         });
         group.throughput(Throughput::Elements(recording.samples.len() as u64));
         group.bench_function(format!("record/{}/512", model.name), |bencher| {
-            bencher.iter(|| black_box(record_layers(scene, &textures, stack, &model.cell, Foliage::Any)));
+            bencher.iter(|| {
+                black_box(record_layers(
+                    scene,
+                    &textures,
+                    stack,
+                    &model.cell,
+                    Foliage::Any,
+                ))
+            });
         });
         group.finish();
 

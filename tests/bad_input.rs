@@ -76,7 +76,12 @@ fn a_scene_without_triangles_is_nothing_to_bake() {
 fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("bundle");
-    let options = options_in_cell(SceneChoice::BuiltIn(BuiltIn::House), "box:0,5,0:1,1,1", 64, &out);
+    let options = options_in_cell(
+        SceneChoice::BuiltIn(BuiltIn::House),
+        "box:0,5,0:1,1,1",
+        64,
+        &out,
+    );
     let message = format!("{:#}", bake(&options, &Console::Silent).unwrap_err());
     assert_names(&message, &["not in front", "in the way", "'", "--exclude"]);
     assert!(contents(folder.path()).is_empty());
@@ -135,7 +140,11 @@ fn a_foreign_folder_is_not_replaced() {
 #[test]
 fn an_excluded_object_must_exist() {
     let folder = tempfile::tempdir().unwrap();
-    let mut options = options(SceneChoice::BuiltIn(BuiltIn::House), 64, &folder.path().join("bundle"));
+    let mut options = options(
+        SceneChoice::BuiltIn(BuiltIn::House),
+        64,
+        &folder.path().join("bundle"),
+    );
     options.exclude = vec!["unicorn".into()];
     let message = format!("{:#}", bake(&options, &Console::Silent).unwrap_err());
     assert_names(&message, &["unicorn"]);

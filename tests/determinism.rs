@@ -24,7 +24,11 @@ fn assert_same_on_1_2_and_4_threads(options: &BakeOptions) {
 #[test]
 fn the_house_is_the_same_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
-    assert_same_on_1_2_and_4_threads(&options(SceneChoice::BuiltIn(BuiltIn::House), 128, folder.path()));
+    assert_same_on_1_2_and_4_threads(&options(
+        SceneChoice::BuiltIn(BuiltIn::House),
+        128,
+        folder.path(),
+    ));
 }
 
 #[test]

@@ -6,7 +6,11 @@ use std::fs;
 use xtask::{BakeReport, BuiltIn, Console, SceneChoice, bake};
 
 fn bake_house(dir: &std::path::Path) -> BakeReport {
-    bake(&options(SceneChoice::BuiltIn(BuiltIn::House), 256, dir), &Console::Silent).expect("the house bakes")
+    bake(
+        &options(SceneChoice::BuiltIn(BuiltIn::House), 256, dir),
+        &Console::Silent,
+    )
+    .expect("the house bakes")
 }
 
 #[test]
@@ -33,7 +37,12 @@ fn the_house_bakes_into_a_bundle_that_holds() {
 fn a_house_seen_from_a_shaft_holds() {
     let folder = tempfile::tempdir().unwrap();
     let cell = "shaft:0.3,0.1,1:8:80";
-    let options = options_in_cell(SceneChoice::BuiltIn(BuiltIn::House), cell, 256, folder.path());
+    let options = options_in_cell(
+        SceneChoice::BuiltIn(BuiltIn::House),
+        cell,
+        256,
+        folder.path(),
+    );
     let report = bake(&options, &Console::Silent).unwrap();
     assert!(report.layers >= 10, "{} layers", report.layers);
     let verified = verified(folder.path(), 60);

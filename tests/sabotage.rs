@@ -5,12 +5,12 @@
 use crate::setup::{options, verified};
 use farfield_atlas::pack;
 use farfield_bundle::{
-    Body, CERTIFICATE_FILE, CertificateState, GLTF_FILE, LayeredBody, Manifest, NewFile, cost,
-    encode_png, glb_from_scene, read_certificate,
+    Body, CERTIFICATE_FILE, CertificateState, GLTF_FILE, LayeredBody, Manifest, NewFile, Promise,
+    SceneSource, cost, encode_png, glb_from_scene, read_certificate, sha256_hex,
 };
 use farfield_grid::Grid;
 use farfield_pages::{GUTTER, Patch, blank_page, compose_layer, patches_of, quad_scene};
-use farfield_scene::{Image, Material, Mesh, Object, Scene};
+use farfield_scene::{AlphaMode, Image, Material, Mesh, Object, Scene};
 use farfield_views::{Camera, ViewCell};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use image::ImageEncoder;
@@ -26,13 +26,15 @@ struct Bundle {
     manifest: Manifest,
     /// What `impostors.glb` draws, with its pages.
     display: Scene,
+    /// The scene that it says it was baked from.
+    original: Scene,
 }
 
 /// A scene file: slabs on slabs before a wall, each of one colour and facing the view cell.
 ///
 /// Its colours differ little: impostors reach a texel over silhouettes, so where what is near were
 /// brighter than what is behind, colours would be biased.
-fn slabs() -> Vec<u8> {
+fn slabs() -> Scene {
     let mut scene = Scene::default();
     for i in 0..12u32 {
         let (column, row) = (i % 4, i / 4);
@@ -56,7 +58,7 @@ fn slabs() -> Vec<u8> {
             Vec4::new(shade, 0.34, 0.64 - shade, 1.0),
         );
     }
-    glb_from_scene(&scene, &[]).unwrap()
+    scene
 }
 
 /// A box with sides along the axes, of one colour whatever the light.
@@ -114,7 +116,7 @@ fn good() -> Bundle {
             folder.path().join("scene.glb"),
             folder.path().join("bundle"),
         );
-        fs::write(&scene, slabs()).unwrap();
+        fs::write(&scene, glb_from_scene(&slabs(), &[]).unwrap()).unwrap();
         let mut options = options(SceneChoice::File(scene), 128, &dir);
         options.page_size = PAGE_SIZE;
         bake(&options, &Console::Silent).unwrap();
@@ -122,6 +124,7 @@ fn good() -> Bundle {
         Bundle {
             manifest: farfield_bundle::read(&dir).unwrap(),
             display,
+            original: slabs(),
         }
     };
     GOOD.get_or_init(bake).clone()
@@ -142,8 +145,13 @@ impl Bundle {
 
     fn write_with(&self, folder: &Path, encode: impl Fn(&Image) -> Vec<u8>) -> PathBuf {
         let dir = folder.join("bundle");
-        fs::write(folder.join("scene.glb"), slabs()).unwrap();
-        farfield_bundle::write(&dir, &self.manifest, &self.files(encode)).unwrap();
+        let original = glb_from_scene(&self.original, &[]).unwrap();
+        let mut manifest = self.manifest.clone();
+        if let SceneSource::File { sha256, .. } = &mut manifest.scene {
+            *sha256 = sha256_hex(&original);
+        }
+        fs::write(folder.join("scene.glb"), original).unwrap();
+        farfield_bundle::write(&dir, &manifest, &self.files(encode)).unwrap();
         dir
     }
 
@@ -167,6 +175,18 @@ impl Bundle {
     fn verified(&self, views: u64) -> VerifyReport {
         let folder = tempfile::tempdir().unwrap();
         verified(&self.write(folder.path()), views)
+    }
+
+    /// Why verify refuses the bundle.
+    fn refused(&self) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let options = VerifyOptions {
+            dir: self.write(folder.path()),
+            scene: None,
+            views: 0..1,
+        };
+        let error = verify(&options, &Console::Silent).unwrap_err();
+        format!("{error:#}")
     }
 
     fn body(&self) -> &LayeredBody {
@@ -551,6 +571,89 @@ fn a_quad_with_turned_texels_is_named() {
         let named = format!("quad {quad}: its texels are turned");
         assert_broken(&report, &[&named]);
     }
+}
+
+/// A rod so thin that it covers no 3 x 3 pixels, before nothing: no gap, and nowhere to be seen.
+#[test]
+fn a_missing_rod_is_nowhere() {
+    let mut bundle = good();
+    let (center, size) = (Vec3::new(5.9, 0.0, 3.5), Vec3::new(0.1, 6.0, 0.1));
+    add_box(&mut bundle.original, center, size, Vec4::ONE);
+    let report = bundle.verified(VIEWS);
+    assert!(report.unmet_pixels > 0, "{:?}", report.broken);
+    assert_broken(&report, &["a parallax of", "are nowhere at all"]);
+}
+
+#[test]
+fn a_promise_taken_back_is_named() {
+    let mut bundle = good();
+    bundle.manifest.promise = Promise::default();
+    let report = bundle.verified(1);
+    assert_broken(&report, &["promises nothing for gap_pixels"]);
+    let mut bundle = good();
+    bundle.manifest.promise.parallax_px = Some(2.0);
+    let report = bundle.verified(1);
+    assert_broken(&report, &["promises 2 for parallax_px", "keeps to 1"]);
+}
+
+/// Clients sort blended triangles, and cut masks where the file says.
+#[test]
+fn another_material_is_named() {
+    for alpha in [AlphaMode::Blend, AlphaMode::Mask { cutoff: 0.02 }] {
+        let mut bundle = good();
+        bundle.display.materials[1].alpha = alpha;
+        let report = bundle.verified(1);
+        assert_broken(&report, &["material 'page 1' is not an unlit mask"]);
+    }
+}
+
+#[test]
+fn a_camera_that_sees_nothing_proves_nothing() {
+    let mut bundle = good();
+    bundle.manifest.options.fov_degrees = 179.999_999_9;
+    assert_broken(&bundle.verified(1), &["no viewpoint sees anything"]);
+}
+
+/// Nothing is rendered of what cannot be true.
+#[test]
+fn impossible_manifests_are_refused() {
+    let mut elsewhere = good();
+    elsewhere.manifest.impostors[0].represented[1].z -= 1.0;
+    assert!(elsewhere.refused().contains("the original fills"));
+    let mut far_away = good();
+    far_away.manifest.options.view_cell = ViewCell::Box {
+        center: DVec3::Z * 1e300,
+        size: DVec3::ONE,
+    };
+    let why = far_away.refused();
+    assert!(why.contains("the layers do not fit together"), "{why}");
+}
+
+/// What the manifest does not list could change without notice.
+#[test]
+fn an_unlisted_page_is_refused() {
+    let bundle = good();
+    let folder = tempfile::tempdir().unwrap();
+    let (dir, images) = (folder.path().join("bundle"), &bundle.display.images);
+    bundle.write(folder.path());
+    let mut files = bundle.files(encode_png);
+    let uris: Vec<_> = (0..images.len()).map(|i| format!("{i}.png")).collect();
+    files[0].bytes = glb_from_scene(&bundle.display, &uris).unwrap();
+    let manifest = farfield_bundle::read(&dir).unwrap();
+    farfield_bundle::write(&dir, &manifest, &files).unwrap();
+    for (image, uri) in images.iter().zip(&uris) {
+        fs::write(dir.join(uri), encode_png(image)).unwrap();
+    }
+    let options = VerifyOptions {
+        dir,
+        scene: None,
+        views: 0..1,
+    };
+    let error = verify(&options, &Console::Silent).unwrap_err().to_string();
+    assert!(
+        error.contains("which the manifest does not list"),
+        "{error}"
+    );
 }
 
 /// What verify says about the bundle as it was baked.

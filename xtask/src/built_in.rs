@@ -152,7 +152,14 @@ mod tests {
 
     #[test]
     fn other_words_are_files_and_wrong_numbers_errors() {
-        for word in ["house.glb", "town.obj", "./town", "house:2", "town:1e5:1:1", ""] {
+        for word in [
+            "house.glb",
+            "town.obj",
+            "./town",
+            "house:2",
+            "town:1e5:1:1",
+            "",
+        ] {
             assert_eq!(BuiltIn::from_word(word), None, "{word}");
         }
         for (word, reason) in [

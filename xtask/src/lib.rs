@@ -10,8 +10,8 @@ mod view_cell;
 
 pub use bake::{BakeOptions, BakeReport, ImpostorReport, bake, layered};
 pub use built_in::BuiltIn;
-pub use farfield_sampling::Foliage;
 pub use console::{Console, peak_rss_bytes};
+pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
     CostOfBoth, CoverageAt, Place, Spread, Summary, VerifyOptions, VerifyReport, verify,

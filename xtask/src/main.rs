@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    BakeOptions, BakeReport, BuiltIn, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake,
-    verify,
+    BakeOptions, BakeReport, BuiltIn, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport,
+    ViewCellSpec, bake, verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -126,7 +126,9 @@ fn main() -> ExitCode {
 fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
     let Technique::Layered = args.technique;
     let options = BakeOptions {
-        scene: args.scene.unwrap_or(SceneChoice::BuiltIn(BuiltIn::default())),
+        scene: args
+            .scene
+            .unwrap_or(SceneChoice::BuiltIn(BuiltIn::default())),
         view_cell: args.view_cell,
         resolution: args.resolution,
         fov_degrees: args.fov,

@@ -49,7 +49,7 @@ pub(crate) fn marked(
 /// Pictures beside and below each other, `columns` in a row, each made `side` pixels wide and
 /// high or less, on a checkerboard that shows where they are transparent.
 pub(crate) fn contact_sheet(
-    pictures: &[Grid<[u8; 4]>],
+    pictures: impl ExactSizeIterator<Item = Grid<[u8; 4]>>,
     columns: usize,
     side: usize,
 ) -> Grid<[u8; 3]> {
@@ -57,9 +57,9 @@ pub(crate) fn contact_sheet(
     let rows = pictures.len().div_ceil(columns);
     let step = side + SPACE;
     let mut sheet = Grid::filled(columns * step + SPACE, rows * step + SPACE, [255; 3]);
-    for (i, picture) in pictures.iter().enumerate() {
+    for (i, picture) in pictures.enumerate() {
         let (left, top) = (i % columns * step + SPACE, i / columns * step + SPACE);
-        let small = smaller(picture, side);
+        let small = smaller(&picture, side);
         for y in 0..small.height() {
             for (x, [r, g, b, a]) in small.row(y).iter().enumerate() {
                 let board = if (x / 8 + y / 8) % 2 == 0 { 232 } else { 208 };

@@ -52,8 +52,8 @@ pub struct Certificate {
     #[serde(with = "ViewCellRecord")]
     #[schemars(with = "ViewCellRecord")]
     pub view_cell: ViewCell,
-    /// Pixels along each side of the camera, as in the manifest; from 1 to 65536.
-    #[schemars(range(min = 1, max = 65536))]
+    /// Pixels along each side of the camera, as in the manifest; from 1 to 16384.
+    #[schemars(range(min = 1, max = 16384))]
     pub resolution: u32,
     /// Full angle that the camera sees, in degrees, between 0 and 180; as in the manifest.
     pub fov_degrees: f64,

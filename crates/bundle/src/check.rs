@@ -14,6 +14,9 @@ use std::fmt::Display;
 /// No side of a page, a layer or a promised view has more texels.
 const MAX_SIDE: u32 = 1 << 16;
 
+/// Pixels along each side of a picture; its depths and colours must fit into memory.
+const MAX_RESOLUTION: u32 = 1 << 14;
+
 type Checked = Result<(), ManifestError>;
 
 impl Manifest {
@@ -203,9 +206,9 @@ fn check_header(format: &str, version: u32, our_format: &str, our_version: u32) 
 
 fn check_camera(resolution: u32, fov: f64, place: &str) -> Checked {
     require(
-        (1..=MAX_SIDE).contains(&resolution),
+        (1..=MAX_RESOLUTION).contains(&resolution),
         format_args!("{place}resolution"),
-        || format!("is {resolution}, not from 1 to {MAX_SIDE}"),
+        || format!("is {resolution}, not from 1 to {MAX_RESOLUTION}"),
     )?;
     require(
         fov > 0.0 && fov < 180.0,
@@ -289,6 +292,11 @@ fn check_layered(body: &LayeredBody, place: &str) -> Checked {
             || format!("is {texels}, not from 1 to {MAX_SIDE}"),
         )?;
     }
+    require(
+        !body.layers.is_empty(),
+        format_args!("{place}.layers"),
+        || "are none".into(),
+    )?;
     let mut behind = 0.0;
     for (i, layer) in body.layers.iter().enumerate() {
         let place = format_args!("{place}.layers[{i}]");

@@ -85,7 +85,7 @@ fn bodies() -> impl Strategy<Value = LayeredBody> {
         axis,
         [lengths(), lengths()],
         size,
-        vec(layer, 0..6),
+        vec(layer, 1..6),
         texels,
     )
         .prop_map(
@@ -180,7 +180,7 @@ fn promises() -> impl Strategy<Value = Promise> {
 pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
     let foliage = prop_oneof![Just(Foliage::Any), Just(Foliage::Centre)];
     let technique = (lengths(), any::<u32>(), foliage);
-    let options = (1..=65536u32, 1e-3..179.9f64, cells(), vec(texts(), 0..3));
+    let options = (1..=16384u32, 1e-3..179.9f64, cells(), vec(texts(), 0..3));
     let rest = (sources(), promises(), costs(), costs(), vec(texts(), 0..3));
     (technique, options, rest, impostors()).prop_map(|(technique, options, rest, impostors)| {
         let (scene, promise, before, after, warnings) = rest;

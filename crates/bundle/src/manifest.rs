@@ -107,8 +107,8 @@ pub enum Foliage {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Options {
-    /// Pixels along each side of the camera the promise is made for, from 1 to 65536.
-    #[schemars(range(min = 1, max = 65536))]
+    /// Pixels along each side of the camera the promise is made for, from 1 to 16384.
+    #[schemars(range(min = 1, max = 16384))]
     pub resolution: u32,
     /// Full angle that camera sees, in degrees, between 0 and 180.
     pub fov_degrees: f64,
@@ -248,7 +248,7 @@ pub struct LayeredBody {
     /// Rows of texels of every layer, from 1 to 65536.
     #[schemars(range(min = 1, max = 65536))]
     pub height: u32,
-    /// Front to back.
+    /// Front to back; at least one.
     pub layers: Vec<LayerRecord>,
     /// Opaque texels that were recorded, in all layers.
     pub texels_recorded: u64,

@@ -25,9 +25,10 @@ pub struct ParallaxErrors {
     pub errors: Distribution,
     /// The greatest of them, in pixels, and its pixel (x, y); the first of several.
     pub worst: Option<(f64, [u32; 2])>,
-    /// The pixels (x, y) displaced by more than the limit, row by row.
+    /// The pixels (x, y) displaced by more than the limit, or whose ray meets nothing, row by row.
     pub above: Vec<[u32; 2]>,
-    /// The pixels (x, y) whose ray meets nothing that the camera has before it, row by row.
+    /// The pixels (x, y) whose ray meets nothing that the camera has before it, row by row: what
+    /// they show is missing, so they have no error.
     pub unmet: Vec<[u32; 2]>,
     /// Number of points that the impostor does not show because something nearer that the original
     /// shows at most two pixels away is before them.
@@ -112,6 +113,9 @@ pub fn parallax(
             result.hidden += 1;
             continue;
         }
+        if is_above {
+            result.above.push(place);
+        }
         let Some((_, error)) = met else {
             result.unmet.push(place);
             continue;
@@ -119,9 +123,6 @@ pub fn parallax(
         result.errors.record(error);
         if result.worst.is_none_or(|(worst, _)| error > worst) {
             result.worst = Some((error, place));
-        }
-        if is_above {
-            result.above.push(place);
         }
     }
     result

@@ -696,9 +696,16 @@ mod tests {
     fn faces_that_no_viewpoint_sees_are_left_out() {
         let scene = soup(&[[2.0, -2.0, -1.1], [-2.0, -2.0, -1.1], [0.0, 3.0, -1.1]]);
         let count = |cell: &[DVec4]| {
-            record(&scene, &Textures::new(&scene), &camera(), &BORDERS, cell, Foliage::Any)
-                .samples
-                .len()
+            record(
+                &scene,
+                &Textures::new(&scene),
+                &camera(),
+                &BORDERS,
+                cell,
+                Foliage::Any,
+            )
+            .samples
+            .len()
         };
         assert_eq!(
             count(&[

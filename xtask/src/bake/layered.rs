@@ -11,7 +11,7 @@ use farfield_grid::{Grid, Rect};
 use farfield_layers::{
     Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view, smallest_texel, stack,
 };
-use farfield_pages::{GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
+use farfield_pages::{ALPHA_CUTOFF, GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
 use farfield_quads::{Price, cover};
 use farfield_sampling::{
     Foliage, Lighting, Recording, Sample, Textures, record, sample_colors, seen_bounds,
@@ -48,9 +48,14 @@ pub(super) struct Baked {
     pub(super) smallest_texel: f64,
 }
 
-/// The alpha from which on texels that were set by their centres are shown: between two texels, one
-/// opaque and one transparent, half of the way belongs to either.
-const HALF: f32 = 0.5;
+/// The alpha from which on texels are shown. Those that were set by their centres are as large as
+/// they look: between an opaque and a transparent one, half of the way belongs to either.
+pub(crate) fn shown_from(foliage: Foliage) -> f32 {
+    match foliage {
+        Foliage::Any => ALPHA_CUTOFF,
+        Foliage::Centre => 0.5,
+    }
+}
 
 /// Bakes one layered impostor of a whole scene.
 pub(super) fn bake(
@@ -94,10 +99,9 @@ pub(super) fn bake(
     let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
     let [min, max] = settings.represented;
     let mut display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
-    if settings.foliage == Foliage::Centre {
-        for material in &mut display.materials {
-            material.alpha = AlphaMode::Mask { cutoff: HALF };
-        }
+    for material in &mut display.materials {
+        let cutoff = shown_from(settings.foliage);
+        material.alpha = AlphaMode::Mask { cutoff };
     }
     let body = LayeredBody {
         pose: stack.pose,

@@ -2,10 +2,12 @@
 //! a client reads it.
 
 use super::subject::Subject;
-use crate::bake::layered::{recording_camera, texels_sha256};
+use crate::bake::layered::{recording_camera, shown_from, texels_sha256};
+use anyhow::{Context, Result};
 use farfield_bundle::ProvedBound;
-use farfield_layers::guarantee;
+use farfield_layers::{Guarantee, guarantee};
 use farfield_pages::{Patch, opaque_texels, patches_of};
+use farfield_scene::{AlphaMode, Material};
 use rayon::prelude::*;
 
 /// What was proved, and what stands against it.
@@ -21,54 +23,20 @@ pub(super) struct Construction {
 const DOUBT: f64 = 1e-6;
 
 /// Checks that layers are near enough to each other for the view cell, and that the quads show
-/// their texels where the layers have them.
-pub(super) fn check_construction(subject: &Subject<'_>) -> Construction {
-    let mut proved = Vec::new();
-    let mut faults = Vec::new();
-    match guarantee(
+/// their texels where the layers have them, as masks.
+///
+/// # Errors
+///
+/// When the layers are no layers before the view cell at all.
+pub(super) fn check_construction(subject: &Subject<'_>) -> Result<Construction> {
+    let found = guarantee(
         &subject.stack,
         &subject.cell,
         subject.represented,
         &subject.lens,
-    ) {
-        Ok(found) => {
-            let mut bound = |statement: &str, bound: f64, limit: f64, fault: String| {
-                if bound > limit + DOUBT {
-                    faults.push(fault);
-                }
-                proved.push(ProvedBound {
-                    statement: statement.into(),
-                    bound,
-                    limit,
-                });
-            };
-            bound(
-                "Texels that two neighbouring layers are displaced against each other, at most: \
-                 up to 1, no gap opens between them.",
-                found.disparity,
-                1.0,
-                format!(
-                    "layers {} and {} are too far apart for the view cell: seen from its worst \
-                     place they are displaced by {:.3} texels against each other, where gaps open \
-                     from 1 on",
-                    found.disparity_layer,
-                    found.disparity_layer + 1,
-                    found.disparity
-                ),
-            );
-            bound(
-                "Pixels along the side of a texel, at most: up to 1, none is magnified.",
-                found.greatest_texel_px,
-                1.0,
-                format!(
-                    "texels are magnified: seen from the worst place of the view cell, one is \
-                     {:.3} pixels wide",
-                    found.greatest_texel_px
-                ),
-            );
-        }
-        Err(error) => faults.push(format!("the layers do not fit together: {error}")),
-    }
+    )
+    .context("the layers do not fit together")?;
+    let (proved, mut faults) = bounds(&found);
     let depths: Vec<f64> = subject
         .stack
         .layers
@@ -86,11 +54,67 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Construction {
             Vec::new()
         }
     };
-    Construction {
+    faults.extend(other_material(subject));
+    Ok(Construction {
         proved,
         faults,
         patches,
-    }
+    })
+}
+
+/// What a guarantee proves, and what of it is too much, a sentence each.
+fn bounds(found: &Guarantee) -> (Vec<ProvedBound>, Vec<String>) {
+    let bound = |statement: &str, bound: f64| ProvedBound {
+        statement: statement.into(),
+        bound,
+        limit: 1.0,
+    };
+    let proved = vec![
+        bound(
+            "Texels that two neighbouring layers are displaced against each other, at most: up to \
+             1, no gap opens between them.",
+            found.disparity,
+        ),
+        bound(
+            "Pixels along the side of a texel, at most: up to 1, none is magnified.",
+            found.greatest_texel_px,
+        ),
+    ];
+    let faults = [
+        format!(
+            "layers {} and {} are too far apart for the view cell: seen from its worst place they \
+             are displaced by {:.3} texels against each other, where gaps open from 1 on",
+            found.disparity_layer,
+            found.disparity_layer + 1,
+            found.disparity
+        ),
+        format!(
+            "texels are magnified: seen from the worst place of the view cell, one is {:.3} pixels \
+             wide",
+            found.greatest_texel_px
+        ),
+    ];
+    let both = proved.iter().zip(faults);
+    let faults = both.filter(|(proved, _)| proved.bound > proved.limit + DOUBT);
+    let faults = faults.map(|(_, fault)| fault).collect();
+    (proved, faults)
+}
+
+/// The first material that does not show its page as a mask, as it was baked: clients would sort
+/// or light it, or cut its texels elsewhere.
+fn other_material(subject: &Subject<'_>) -> Option<String> {
+    let cutoff = shown_from(subject.foliage);
+    let is_mask = |m: &&Material| m.unlit && m.alpha == AlphaMode::Mask { cutoff };
+    let other = subject
+        .impostor
+        .scene
+        .materials
+        .iter()
+        .find(|m| !is_mask(m))?;
+    Some(format!(
+        "material '{}' is not an unlit mask with an alpha cutoff of {cutoff}",
+        other.name
+    ))
 }
 
 /// Layers that show other texels than were baked, a sentence about the first. What a layer lacks or

@@ -134,6 +134,8 @@ struct Fact {
 /// What the page is made from.
 pub(super) struct Sources<'a> {
     pub(super) dir: &'a Path,
+    /// What verifies the bundle again.
+    pub(super) command: String,
     pub(super) manifest: &'a Manifest,
     pub(super) subject: &'a Subject<'a>,
     pub(super) patches: &'a [Patch],
@@ -145,6 +147,10 @@ pub(super) struct Sources<'a> {
 
 /// The page, a whole HTML document with all its pictures.
 pub(super) fn page(sources: Sources<'_>) -> Result<String> {
+    // Layers so large are none that a bake made.
+    let stack = &sources.subject.stack;
+    let texels = u64::from(stack.width) * u64::from(stack.height);
+    let has_sheet = !sources.patches.is_empty() && texels <= 1 << 28;
     let Sources {
         manifest, report, ..
     } = sources;
@@ -176,7 +182,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
             .worst
             .iter()
             .zip(sources.pictures)
-            .map(|(view, pictures)| worst_view(view, pictures, sources.dir))
+            .map(|(view, pictures)| worst_view(view, pictures, &sources.command))
             .collect(),
         plots: plots(
             sources.subject,
@@ -194,7 +200,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
             .collect(),
         beyond: report.beyond.map(beyond),
         notes: &manifest.promise.notes,
-        sheet: (!sources.patches.is_empty()).then(|| sheet(sources.subject, sources.patches)),
+        sheet: has_sheet.then(|| sheet(sources.subject, sources.patches)),
         pages: atlas(sources.subject),
         facts: facts(manifest, sources.dir),
     };
@@ -240,7 +246,7 @@ fn cost(report: &VerifyReport) -> Vec<CostRow> {
     ]
 }
 
-fn worst_view(view: &ViewFigures, pictures: &ViewPictures, dir: &Path) -> WorstView {
+fn worst_view(view: &ViewFigures, pictures: &ViewPictures, command: &str) -> WorstView {
     let geometry = &view.geometry;
     let [x, y, z] = view.eye.to_array();
     WorstView {
@@ -255,7 +261,7 @@ fn worst_view(view: &ViewFigures, pictures: &ViewPictures, dir: &Path) -> WorstV
             view.coverage.covered,
             geometry.parallax.errors.max()
         ),
-        command: format!("cargo xtask verify {} --view {}", dir.display(), view.view),
+        command: format!("{command} --view {}", view.view),
         original: data_uri(&pictures.original),
         impostor: data_uri(&pictures.impostor),
         difference: data_uri(&pictures.difference),
@@ -391,11 +397,11 @@ fn sheet(subject: &Subject<'_>, patches: &[Patch]) -> String {
         of_layer[patch.layer as usize].push(*patch);
     }
     let images = &subject.impostor.scene.images;
-    let layers: Vec<_> = of_layer
+    // One at a time: all of them need not fit into memory.
+    let layers = of_layer
         .iter()
-        .map(|patches| compose_layer(patches, images, [stack.width, stack.height]))
-        .collect();
-    data_uri(&png(&contact_sheet(&layers, 10, 110)))
+        .map(|patches| compose_layer(patches, images, [stack.width, stack.height]));
+    data_uri(&png(&contact_sheet(layers, 10, 110)))
 }
 
 fn atlas(subject: &Subject<'_>) -> Vec<AtlasPage> {
@@ -406,7 +412,7 @@ fn atlas(subject: &Subject<'_>) -> Vec<AtlasPage> {
         AtlasPage {
             name: format!("{i:03}"),
             size: format!("{width} x {height}"),
-            picture: data_uri(&png(&contact_sheet(&[texels], 1, 1024))),
+            picture: data_uri(&png(&contact_sheet(std::iter::once(texels), 1, 1024))),
         }
     };
     images.iter().enumerate().map(page).collect()

@@ -16,13 +16,21 @@ pub(super) fn broken(report: &VerifyReport, promise: &Promise) -> Vec<String> {
             places(&report.gaps)
         ));
     }
-    if let Some(most) = more(report.parallax_px, promise.parallax_px) {
+    if let Some(most) = promise.parallax_px.filter(|_| report.displaced_pixels > 0) {
+        let missing = match report.unmet_pixels {
+            0 => String::new(),
+            unmet => format!(" ({unmet} of them are nowhere at all)"),
+        };
         broken.push(format!(
-            "a parallax of {:.3} pixels, promised at most {most}: {} points are displaced by more, {}",
+            "a parallax of {:.3} pixels, promised at most {most}: {} points are displaced by \
+             more{missing}, {}",
             report.parallax_px,
             report.displaced_pixels,
             places(&report.displaced)
         ));
+    }
+    if report.covered_pixels == 0 {
+        broken.push("no viewpoint sees anything of the original: nothing was compared".into());
     }
     if let Some(most) = count(report.phantom_pixels, promise.phantom_pixels) {
         broken.push(format!(
@@ -55,6 +63,35 @@ pub(super) fn broken(report: &VerifyReport, promise: &Promise) -> Vec<String> {
         ));
     }
     broken
+}
+
+/// In what a manifest promises less than what its technique keeps to, a sentence each: nobody
+/// loosens a promise by editing it.
+pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
+    let count = |n: Option<u64>| n.map(|n| n as f64);
+    let figures = |promise: &Promise| {
+        [
+            ("gap_pixels", count(promise.gap_pixels)),
+            ("phantom_pixels", count(promise.phantom_pixels)),
+            ("parallax_px", promise.parallax_px),
+            ("colour_bias", promise.colour_bias),
+            ("coverage_error", promise.coverage_error),
+            ("coverage_change", promise.coverage_change),
+        ]
+    };
+    let both = figures(promise).into_iter().zip(figures(least));
+    both.filter_map(|((name, stated), (_, least))| {
+        let least = least?;
+        let stated = match stated {
+            Some(stated) if stated <= least => return None,
+            Some(stated) => stated.to_string(),
+            None => "nothing".into(),
+        };
+        Some(format!(
+            "the manifest promises {stated} for {name}, where the technique keeps to {least}"
+        ))
+    })
+    .collect()
 }
 
 /// Whether enough pixels were compared to judge their mean: single pixels differ by some 30/255,

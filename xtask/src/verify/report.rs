@@ -2,7 +2,7 @@
 
 use super::subject::SEED;
 use super::totals::{Place, Totals};
-use farfield_bundle::{Beyond, Cost, ProvedBound, Statistics};
+use farfield_bundle::{Beyond, Cost, ProvedBound};
 use farfield_metrics::Distribution;
 use serde::Serialize;
 
@@ -41,6 +41,8 @@ pub struct VerifyReport {
 
     /// What is broken and where, a sentence each; empty where the promise holds.
     pub broken: Vec<String>,
+    /// Pixels that the original covers, in all views together.
+    pub covered_pixels: u64,
     /// Pixels whose colours were compared, in all views together.
     pub compared_pixels: u64,
     /// Number that distinguishes these viewpoints from others.
@@ -54,7 +56,7 @@ pub struct VerifyReport {
     /// The same at lower resolutions, from the reference viewpoint and the view cell's corners,
     /// edges and faces.
     pub coverage_at: Vec<CoverageAt>,
-    /// Surface points displaced by more than is promised, in all views together.
+    /// Surface points displaced by more than is promised or nowhere at all, in all views together.
     pub displaced_pixels: u64,
     /// Surface points of the original where the impostor has no quad at all.
     pub unmet_pixels: u64,
@@ -135,7 +137,7 @@ pub(super) fn summarise(
     totals: &Totals,
     coverage_at: Vec<CoverageAt>,
     proved: Vec<ProvedBound>,
-    statistics: &Statistics,
+    cost: CostOfBoth,
 ) -> VerifyReport {
     let built_in = cfg!(feature = "flip");
     let color = &totals.color;
@@ -158,6 +160,7 @@ pub(super) fn summarise(
         worst_view: totals.worst.first().map_or(0, |view| view.view),
         holds: false,
         broken: Vec::new(),
+        covered_pixels: totals.coverage.covered,
         seed: SEED,
         compared_pixels: color.pixels,
         colour_bias_rgb: bias,
@@ -176,10 +179,7 @@ pub(super) fn summarise(
         },
         proved,
         beyond: None,
-        cost: CostOfBoth {
-            original: statistics.before,
-            impostor: statistics.after,
-        },
+        cost,
         gaps: totals.gaps.clone(),
         phantoms: totals.phantoms.clone(),
         displaced: totals.displaced.clone(),

@@ -1,9 +1,10 @@
 //! What is compared with what.
 
+use crate::view_cell::represented_box;
 use anyhow::{Result, bail};
-use farfield_bundle::{Body, Impostor, LayeredBody, Manifest};
+use farfield_bundle::{Body, Impostor, LayeredBody, Manifest, Technique};
 use farfield_layers::{Layer, LayerStack, PromisedCamera};
-use farfield_sampling::{Textures, Tracer};
+use farfield_sampling::{Foliage, Textures, Tracer};
 use farfield_scene::Scene;
 use farfield_views::{Camera, Pose, ViewCell};
 use glam::{DVec2, DVec3};
@@ -35,6 +36,8 @@ pub(super) struct Subject<'a> {
     pub(super) texels_sha256: Vec<&'a str>,
     /// Depths between the layers, from the reference viewpoint.
     pub(super) borders: Vec<f64>,
+    /// How masked materials were recorded.
+    pub(super) foliage: Foliage,
     pub(super) cell: ViewCell,
     /// Least and greatest corner of what is represented, in the world.
     pub(super) represented: [DVec3; 2],
@@ -63,6 +66,7 @@ impl<'a> Subject<'a> {
             represented, body, ..
         } = one;
         let Body::Layered(body) = body;
+        require_same_box(*represented, represented_box(original)?)?;
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
             original: Side::new(original),
@@ -71,6 +75,13 @@ impl<'a> Subject<'a> {
             stack: stack_of(body),
             texels_sha256: checksums.collect(),
             borders: body.borders(),
+            foliage: match manifest.technique {
+                Technique::Layered {
+                    foliage: farfield_bundle::Foliage::Centre,
+                    ..
+                } => Foliage::Centre,
+                Technique::Layered { .. } => Foliage::Any,
+            },
             cell: manifest.options.view_cell,
             represented: *represented,
             lens: PromisedCamera {
@@ -125,6 +136,24 @@ impl<'a> Subject<'a> {
         let texels = DVec2::new(self.stack.width.into(), self.stack.height.into());
         self.stack.extent.size() / texels
     }
+}
+
+/// Refuses a manifest whose impostor stands for something else than the original.
+fn require_same_box(stated: [DVec3; 2], found: [DVec3; 2]) -> Result<()> {
+    // Other builds round otherwise.
+    let digits = 1e-9 * found[0].abs().max(found[1].abs()).max_element();
+    let is_same = (0..2).all(|i| stated[i].abs_diff_eq(found[i], digits));
+    if !is_same {
+        bail!(
+            "the manifest says that the box from {} to {} is represented, but the original fills \
+             {} to {}: bake it again",
+            stated[0],
+            stated[1],
+            found[0],
+            found[1]
+        );
+    }
+    Ok(())
 }
 
 fn stack_of(body: &LayeredBody) -> LayerStack {
