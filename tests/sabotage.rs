@@ -620,12 +620,12 @@ fn impossible_manifests_are_refused() {
     let mut elsewhere = good();
     elsewhere.manifest.impostors[0].represented[1].z -= 1.0;
     assert!(elsewhere.refused().contains("the original fills"));
-    let mut far_away = good();
-    far_away.manifest.options.view_cell = ViewCell::Box {
-        center: DVec3::Z * 1e300,
+    let mut behind = good();
+    behind.manifest.options.view_cell = ViewCell::Box {
+        center: DVec3::Z * -100.0,
         size: DVec3::ONE,
     };
-    let why = far_away.refused();
+    let why = behind.refused();
     assert!(why.contains("the layers do not fit together"), "{why}");
 }
 

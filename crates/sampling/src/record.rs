@@ -448,6 +448,7 @@ mod tests {
     use crate::geometry::corners_in_view;
     use crate::geometry::tests::soup;
     use crate::masked::tests::{leaves, margin};
+    use crate::rasterize;
     use farfield_scene::{AlphaMode, Filter};
     use farfield_views::{Extent, Pose};
     use glam::Vec4;
