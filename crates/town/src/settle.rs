@@ -9,6 +9,7 @@ use crate::plan::{PROMENADE, Piece, Plan, Row, Usage};
 use crate::tree::Species;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
+use std::f32::consts::TAU;
 
 /// A part at its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -259,7 +260,7 @@ impl Places {
     fn add_tree(&mut self, species: Species, at: Vec3, dice: &mut Dice) {
         let variant = dice.below(usize::from(TREES)) as u8;
         let spot = Spot { at, right: Vec3::X };
-        let turned = spot.turned(dice.between(0.0, 6.28));
+        let turned = spot.turned(dice.between(0.0, TAU));
         let scale = dice.between(0.85, 1.12);
         self.add(
             species.name(),
