@@ -1,9 +1,11 @@
 //! What stands where: parts placed on a plan.
 
+use crate::building::FOUNDATION;
 use crate::dice::Dice;
 use crate::names;
 use crate::part::{
-    CASTLE_SIDE, CASTLE_WALL, DESIGNS, HEDGE, Part, TREES, VARIANTS, WIDTHS, house_depth,
+    CASTLE_SIDE, CASTLE_WALL, DESIGNS, HEDGE, Part, TREES, VARIANTS, WIDTHS, foundation_of,
+    house_depth,
 };
 use crate::plan::{PROMENADE, Piece, Plan, Row, Usage};
 use crate::tree::Species;
@@ -242,6 +244,11 @@ impl Places {
                 world_from_part: place,
             });
             *number += 2;
+            // The ground is nowhere below 0, so that those further down need no more.
+            if front.at.y > FOUNDATION {
+                let below = foundation_of(part);
+                self.add("foundation", below, front.affine(1.0));
+            }
             self.footprints
                 .push(footprint(&front, metres, house_depth(part)));
             if dice.chance(0.3) {
