@@ -2,7 +2,7 @@
 //! roofs.
 //!
 //! A house stands with the middle of its front's foot in the origin, its front towards +Z, between
-//! x = -width / 2 and x = width / 2. It reaches far below the ground, which may slope.
+//! x = -width / 2 and x = width / 2. It reaches below the ground, which may slope.
 
 use crate::chimneys::chimney;
 use crate::dice::Dice;
@@ -15,8 +15,10 @@ use crate::skin::Skin;
 use crate::windows::{shutters, sill};
 use glam::{Affine3A, Vec2, Vec3};
 
-/// How far foundations reach below the ground at the front, in metres.
-pub(crate) const FOUNDATION: f32 = 6.0;
+/// How far a house reaches below the ground at its front, and where [`foundation`] ends that it
+/// stands on where the ground may fall more, in metres.
+pub(crate) const FOUNDATION: f32 = 2.4;
+const DEEP_FOUNDATION: f32 = 6.2;
 /// Height of the ground floor over the street, in metres.
 const PLINTH: f32 = 0.5;
 
@@ -64,6 +66,18 @@ pub(crate) fn row_house(width: f32, depth: f32, corner: bool, dice: &mut Dice) -
     add_back(&mut shape, &design);
     add_sides(&mut shape, &design);
     add_top(&mut shape, &design, dice);
+    shape
+}
+
+/// What a house stands on where the ground falls.
+pub(crate) fn foundation(width: f32, depth: f32) -> Shape {
+    let half = width / 2.0;
+    let mut shape = Shape::default();
+    shape.shaft(
+        Skin::Plinth,
+        Vec3::new(-half, -DEEP_FOUNDATION, -depth),
+        Vec3::new(half, -FOUNDATION, 0.0),
+    );
     shape
 }
 
@@ -425,27 +439,27 @@ fn add_sides(shape: &mut Shape, design: &Design) {
     let (half, eaves, ground) = (design.width / 2.0, design.eaves(), design.tops[0]);
     let (back, front) = (-design.depth, design.jetty);
     let lower = [
+        [back, -FOUNDATION],
         [0.0, -FOUNDATION],
         [0.0, ground],
         [back, ground],
-        [back, -FOUNDATION],
     ];
-    let mut upper = vec![[back, ground], [front, ground], [front, eaves]];
-    upper.extend(housetop::side_outline(
-        design.housetop,
-        [back, front],
-        eaves,
-    ));
-    upper.push([back, eaves]);
+    let mut upper = vec![[front, eaves]];
+    let top = housetop::side_outline(design.housetop, [back, front], eaves);
+    upper.extend(top);
+    upper.extend([[back, eaves], [back, ground], [0.0, ground]]);
+    if front > 0.0 {
+        upper.push([front, ground]);
+    }
     shape.tint = design.wall_tint;
     for x in [-half, half] {
         let place = |[z, y]: &[f32; 2]| Vec3::new(x, *y, *z);
         let mut lower: Vec<Vec3> = lower.iter().map(place).collect();
         let mut upper: Vec<Vec3> = upper.iter().map(place).collect();
         // Seen from the left, z runs to the right.
-        match x < 0.0 {
-            true => lower.reverse(),
-            false => upper.reverse(),
+        if x > 0.0 {
+            lower.reverse();
+            upper.reverse();
         }
         shape.face(skin, &lower);
         shape.face(skin, &upper);
@@ -499,7 +513,8 @@ fn add_top(shape: &mut Shape, design: &Design, dice: &mut Dice) {
     }
     let ridge = housetop::ridge_height(design.housetop, half, span, eaves);
     let scale = 0.72;
-    let foot = eaves + 0.35 * (ridge - eaves);
+    // Inside of the attic, wherever on the roof it comes out.
+    let foot = eaves;
     let height = (ridge + 1.2 - foot) / scale;
     let x = (half - 1.0) * if dice.chance(0.5) { 0.8 } else { -0.8 };
     let z = (span[0] + span[1]) / 2.0 + dice.between(-1.0, 0.2);

@@ -9,6 +9,7 @@ use crate::skin::Skin;
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
+/// How far foundations reach below the ground at the front, in metres.
 const BELOW: f32 = 9.0;
 /// Height of the walls' walk, in metres.
 const WALL: f32 = 5.4;
@@ -35,11 +36,12 @@ pub(crate) fn wall(length: f32) -> Shape {
 
 /// A round tower around the y axis with a pointed roof.
 pub(crate) fn round_tower(radius: f32, height: f32) -> Shape {
-    const SIDES: usize = 14;
+    // A multiple of 4: the slits are on sides, not on corners.
+    const SIDES: usize = 16;
     let mut shape = Shape::default();
     let ring = |radius: f32, y: f32| -> [Vec3; SIDES] {
         std::array::from_fn(|i| {
-            let angle = TAU * i as f32 / SIDES as f32;
+            let angle = TAU * (i as f32 + 0.5) / SIDES as f32;
             Vec3::new(radius * angle.cos(), y, -radius * angle.sin())
         })
     };
@@ -60,7 +62,8 @@ pub(crate) fn round_tower(radius: f32, height: f32) -> Shape {
     let mut soffit = eaves;
     soffit.reverse();
     shape.face(Skin::Beam, &soffit);
-    for facade in Facade::around(radius - 0.02, radius - 0.02) {
+    let sides_at = radius * (TAU / 2.0 / SIDES as f32).cos();
+    for facade in Facade::around(sides_at, sides_at) {
         for y in [3.5, height - 5.0] {
             add_slit(&mut shape, &facade, 0.0, y);
         }

@@ -13,7 +13,8 @@ use std::f32::consts::TAU;
 const NAVE: [f32; 3] = [10.0, 9.6, 8.2];
 /// Half the tower's width, and its height under the spire, in metres.
 const TOWER: [f32; 2] = [2.9, 20.5];
-const BELOW: f32 = 7.0;
+/// How far foundations reach below the ground at the front, in metres.
+const BELOW: f32 = 3.4;
 
 /// Nave and apse; the front's middle is the origin, as of houses.
 pub(crate) fn nave() -> Shape {
@@ -91,15 +92,15 @@ pub(crate) fn nave() -> Shape {
     shape
 }
 
-/// A pillar against a wall, with a sloping top; open towards the wall.
+/// A pillar against a wall, with a sloping top.
 fn add_buttress(shape: &mut Shape, facade: &Facade, x: f32, top: f32) {
     let [low, high] = [1.05, 0.1];
     let section = [
-        [0.0, -BELOW],
-        [low, -BELOW],
-        [low, top - 1.8],
-        [high, top],
         [0.0, top],
+        [high, top],
+        [low, top - 1.8],
+        [low, -BELOW],
+        [0.0, -BELOW],
     ];
     let outline = section.map(|[out, y]| facade.at(Vec2::new(x - 0.35, y), out));
     shape.prism(Skin::Trim, &outline, facade.right * 0.7);

@@ -66,8 +66,7 @@ pub(crate) fn lantern() -> Shape {
 
 /// A bench of boards on iron legs.
 pub(crate) fn bench() -> Shape {
-    let mut shape = Shape::default();
-    shape.tint = palette::tint(0x7d5a3c);
+    let mut shape = Shape::tinted(palette::tint(0x7d5a3c));
     for z in [-0.2, 0.02] {
         add_box(
             &mut shape,
@@ -300,8 +299,7 @@ pub(crate) fn tub(dice: &mut Dice) -> Shape {
 
 /// A barrel with hoops.
 pub(crate) fn barrel() -> Shape {
-    let mut shape = Shape::default();
-    shape.tint = palette::tint(0x8a6440);
+    let mut shape = Shape::tinted(palette::tint(0x8a6440));
     add_turned(
         &mut shape,
         Skin::Paint,
@@ -316,8 +314,7 @@ pub(crate) fn barrel() -> Shape {
 
 /// A handcart with two wheels, loaded with sacks.
 pub(crate) fn cart() -> Shape {
-    let mut shape = Shape::default();
-    shape.tint = palette::tint(0x7f5c3c);
+    let mut shape = Shape::tinted(palette::tint(0x7f5c3c));
     add_box(&mut shape, Skin::Paint, [-0.6, 0.62, -1.0], [0.6, 0.7, 1.0]);
     for x in [-0.6, 0.54] {
         add_box(
@@ -392,22 +389,5 @@ pub(crate) fn well() -> Shape {
         Vec3::new(1.2, 2.3, 0.9),
         0.9,
     );
-    shape
-}
-
-/// Stone steps along -z that climb `rise` over `run` metres, from the origin.
-pub(crate) fn stairs(width: f32, run: f32, rise: f32) -> Shape {
-    let mut shape = Shape::default();
-    let count = (rise / 0.3).ceil().max(1.0) as usize;
-    for i in 0..count {
-        let (near, far) = (i as f32 / count as f32, (i + 1) as f32 / count as f32);
-        let top = rise * far + 0.02;
-        add_box(
-            &mut shape,
-            Skin::Granite,
-            [-width / 2.0, rise * near - 0.9, -run * far - 0.12],
-            [width / 2.0, top, -run * near],
-        );
-    }
     shape
 }

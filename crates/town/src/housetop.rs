@@ -299,6 +299,12 @@ pub(crate) fn add_steps(shape: &mut Shape, facade: &Facade, skin: Skin, half: f3
     let count = 4;
     let rise = half * GABLE_SLOPE / (count as f32 - 0.5);
     let front = facade.origin.z;
+    // A course of stones hides where the gable's corners meet the wall's edges.
+    shape.cuboid(
+        Skin::Trim,
+        Vec3::new(-half - 0.05, eaves - 0.12, front - 0.42),
+        Vec3::new(half + 0.05, eaves + 0.1, front + 0.06),
+    );
     for i in 0..count {
         let reach = (half - i as f32 * rise / GABLE_SLOPE + 0.15).min(half);
         let (bottom, top) = (eaves + rise * i as f32, eaves + rise * (i + 1) as f32);

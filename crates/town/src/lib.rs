@@ -2,6 +2,7 @@
 
 mod town;
 
+mod bank;
 mod plan;
 mod settle;
 mod terrain;

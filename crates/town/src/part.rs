@@ -1,6 +1,6 @@
 //! The parts that a town is put together from; each is one mesh, however often it is placed.
 
-use crate::building::row_house;
+use crate::building::{foundation, row_house};
 use crate::castle;
 use crate::church;
 use crate::dice::Dice;
@@ -11,6 +11,8 @@ use rayon::prelude::*;
 
 /// Designs of row houses for each width, in the middle of a row and at its end.
 pub(crate) const DESIGNS: u8 = 9;
+/// How many depths row houses have.
+const DEPTHS: u8 = 5;
 /// Widths of row houses, in half metres.
 pub(crate) const WIDTHS: std::ops::RangeInclusive<u8> = 11..=20;
 /// Trees of each species.
@@ -21,22 +23,42 @@ pub(crate) const VARIANTS: u8 = 4;
 /// Something that stands in a town.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Part {
-    House { width: u8, corner: bool, design: u8 },
-    Tree { species: Species, variant: u8 },
+    House {
+        width: u8,
+        corner: bool,
+        design: u8,
+    },
+    /// Below the house of a width and a step of depth.
+    Foundation {
+        width: u8,
+        step: u8,
+    },
+    Tree {
+        species: Species,
+        variant: u8,
+    },
     Nave,
     Tower,
     CastleWall,
     CastleSideWall,
-    RoundTower { tall: bool },
+    RoundTower {
+        tall: bool,
+    },
     Keep,
     Palace,
     Lantern,
     Bench,
     Fountain,
-    Stall { variant: u8 },
-    Hedge { variant: u8 },
+    Stall {
+        variant: u8,
+    },
+    Hedge {
+        variant: u8,
+    },
     Fence,
-    Tub { variant: u8 },
+    Tub {
+        variant: u8,
+    },
     Barrel,
     Cart,
     Well,
@@ -61,6 +83,9 @@ impl Part {
                     design,
                 }));
             }
+        }
+        for width in WIDTHS {
+            parts.extend((0..DEPTHS).map(|step| Self::Foundation { width, step }));
         }
         for species in [
             Species::Lime,
@@ -105,6 +130,7 @@ impl Part {
             Self::House { width, corner, .. } => {
                 row_house(f32::from(width) / 2.0, house_depth(self), corner, dice)
             }
+            Self::Foundation { width, .. } => foundation(f32::from(width) / 2.0, house_depth(self)),
             Self::Tree { species, .. } => tree(species, dice),
             Self::Nave => church::nave(),
             Self::Tower => church::tower(),
@@ -128,12 +154,27 @@ impl Part {
     }
 }
 
-/// Depth of a house's body behind its front, in metres.
+/// Depth of a house's body, or of its foundation, behind its front, in metres.
 pub(crate) fn house_depth(part: Part) -> f32 {
-    match part {
-        Part::House { width, design, .. } => 8.4 + 0.4 * f32::from((width + design) % 5),
-        _ => 0.0,
-    }
+    let step = match part {
+        Part::House { width, design, .. } => (width + design) % DEPTHS,
+        Part::Foundation { step, .. } => step,
+        _ => return 0.0,
+    };
+    8.4 + 0.4 * f32::from(step)
+}
+
+/// What a house stands on where the ground falls.
+///
+/// # Panics
+///
+/// When the part is no house.
+pub(crate) fn foundation_of(house: Part) -> Part {
+    let Part::House { width, design, .. } = house else {
+        panic!("{house:?} is no house")
+    };
+    let step = (width + design) % DEPTHS;
+    Part::Foundation { width, step }
 }
 
 /// All parts with their shapes.

@@ -6,6 +6,7 @@
 use crate::canvas::smooth;
 use crate::dice::Dice;
 use glam::{Vec2, Vec3};
+use std::f32::consts::TAU;
 
 /// Width of streets, and of alleys between blocks, in metres.
 pub(crate) const STREET: f32 = 6.5;
@@ -136,7 +137,7 @@ pub(crate) fn plan(seed: u32, size: f32) -> Plan {
         half,
         end,
         bow: 7.0 * size.sqrt(),
-        phases: [(); 4].map(|()| dice.between(0.0, 6.28)),
+        phases: [(); 4].map(|()| dice.between(0.0, TAU)),
     }
 }
 

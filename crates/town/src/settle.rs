@@ -1,14 +1,17 @@
 //! What stands where: parts placed on a plan.
 
+use crate::building::FOUNDATION;
 use crate::dice::Dice;
 use crate::names;
 use crate::part::{
-    CASTLE_SIDE, CASTLE_WALL, DESIGNS, HEDGE, Part, TREES, VARIANTS, WIDTHS, house_depth,
+    CASTLE_SIDE, CASTLE_WALL, DESIGNS, HEDGE, Part, TREES, VARIANTS, WIDTHS, foundation_of,
+    house_depth,
 };
 use crate::plan::{PROMENADE, Piece, Plan, Row, Usage};
 use crate::tree::Species;
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
+use std::f32::consts::TAU;
 
 /// A part at its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -241,6 +244,11 @@ impl Places {
                 world_from_part: place,
             });
             *number += 2;
+            // The ground is nowhere below 0, so that those further down need no more.
+            if front.at.y > FOUNDATION {
+                let below = foundation_of(part);
+                self.add("foundation", below, front.affine(1.0));
+            }
             self.footprints
                 .push(footprint(&front, metres, house_depth(part)));
             if dice.chance(0.3) {
@@ -259,7 +267,7 @@ impl Places {
     fn add_tree(&mut self, species: Species, at: Vec3, dice: &mut Dice) {
         let variant = dice.below(usize::from(TREES)) as u8;
         let spot = Spot { at, right: Vec3::X };
-        let turned = spot.turned(dice.between(0.0, 6.28));
+        let turned = spot.turned(dice.between(0.0, TAU));
         let scale = dice.between(0.85, 1.12);
         self.add(
             species.name(),

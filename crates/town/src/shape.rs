@@ -31,6 +31,14 @@ impl Default for Shape {
 }
 
 impl Shape {
+    /// An empty shape with a tint.
+    pub(crate) fn tinted(tint: Vec3) -> Self {
+        Self {
+            tint,
+            ..Self::default()
+        }
+    }
+
     /// Adds a flat convex polygon, counter-clockwise seen from the front, its texture laid on in
     /// metres from the origin: level on walls and slopes, or with the grain along the longest
     /// edge.

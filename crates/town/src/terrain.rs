@@ -1,11 +1,13 @@
 //! The ground: strips of triangles between lines across the town, one line at each edge of a
 //! street, so that paving ends exactly where the street does.
 
+use crate::bank::bank;
 use crate::dice::Dice;
 use crate::plan::{Level, PROMENADE, Plan, Row, Usage};
 use crate::shape::Shape;
 use crate::skin::Skin;
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
 /// Longest edge along a line, in metres.
 const STEP: f32 = 7.0;
@@ -17,6 +19,8 @@ const STEEPEST_GRASS: f32 = 0.74;
 pub(crate) struct Terrain {
     /// A mesh for each row with the street before it, and one for what lies behind.
     pub(crate) strips: Vec<Shape>,
+    /// What closes the ground to all sides, down to the foot.
+    pub(crate) bank: Shape,
     /// Triangles of meadow around the town.
     pub(crate) meadow: Vec<[Vec3; 3]>,
 }
@@ -36,6 +40,8 @@ struct Builder {
     /// Where strips begin among the triangles.
     starts: Vec<usize>,
     meadow: Vec<usize>,
+    /// The points of each line.
+    lines: Vec<Range<usize>>,
 }
 
 /// Builds the ground of a plan.
@@ -150,6 +156,7 @@ impl Builder {
     fn add_line(&mut self, line: Line) -> Placed {
         let first = self.points.len() as u32;
         self.points.extend(&line.points);
+        self.lines.push(first as usize..self.points.len());
         Placed { first, line }
     }
 
@@ -212,6 +219,19 @@ impl Builder {
         }
     }
 
+    /// The sides, from all lines' ends.
+    fn bank(&self) -> Shape {
+        let [first, between @ .., last] = &self.lines[..] else {
+            return Shape::default();
+        };
+        let left = between.iter().rev().map(|line| line.start);
+        let right = between.iter().map(|line| line.end - 1);
+        let back = last.clone().rev();
+        let border = first.clone().chain(right).chain(back).chain(left);
+        let border: Vec<Vec3> = border.map(|i| self.points[i]).collect();
+        bank(&border, first.len())
+    }
+
     /// Smooth normals, and shapes by strip.
     fn finish(self, seed: u32) -> Terrain {
         let mut normals = vec![Vec3::ZERO; self.points.len()];
@@ -270,6 +290,7 @@ impl Builder {
         let meadow = self.meadow.iter().map(|&t| self.triangles[t].0);
         Terrain {
             strips,
+            bank: self.bank(),
             meadow: meadow.map(|t| t.map(|i| self.points[i as usize])).collect(),
         }
     }

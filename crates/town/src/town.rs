@@ -1,6 +1,6 @@
 //! The built-in town.
 
-use crate::assembly::{add_mesh, empty_scene, place};
+use crate::assembly::{add_mesh, add_object, empty_scene, place};
 use crate::canvas::Detail;
 use crate::dice::Dice;
 use crate::house::add_house;
@@ -46,6 +46,7 @@ pub fn town(seed: u32, triangles: u64) -> Scene {
             DAffine3::IDENTITY,
         );
     }
+    add_object(&mut scene, "bank", &ground.bank);
     let mut meshes = vec![None; catalogue.len()];
     for placement in &places.placements {
         let part = catalogue.index(placement.part);
@@ -60,7 +61,8 @@ pub fn town(seed: u32, triangles: u64) -> Scene {
 }
 
 fn ground_triangles(ground: &Terrain) -> u64 {
-    ground.strips.iter().map(|s| s.triangles.len() as u64).sum()
+    let shapes = ground.strips.iter().chain([&ground.bank]);
+    shapes.map(|s| s.triangles.len() as u64).sum()
 }
 
 fn count(catalogue: &Catalogue, ground: &Terrain, places: &Places) -> u64 {

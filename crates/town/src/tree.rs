@@ -225,7 +225,7 @@ fn nearest_below(boughs: &[Vec<Vec3>], trunk: &[Vec3], tip: Vec3) -> Vec3 {
     })
 }
 
-/// Adds a tapered tube with smooth normals, open where it begins and closed where it ends.
+/// Adds a closed tapered tube with smooth normals.
 fn add_limb(shape: &mut Shape, line: &[Vec3], [thick, thin]: [f32; 2], sides: u32) {
     let n = line.len();
     let mut points = Vec::new();
@@ -241,7 +241,8 @@ fn add_limb(shape: &mut Shape, line: &[Vec3], [thick, thin]: [f32; 2], sides: u3
         let flare = if i == 0 && n > 4 { 1.4 } else { 1.0 };
         let radius = (thick + (thin - thick) * t) * flare;
         for k in 0..=sides {
-            let angle = TAU * k as f32 / sides as f32;
+            // The last point is the first again, to the last bit.
+            let angle = TAU * (k % sides) as f32 / sides as f32;
             let out = side * angle.cos() + other * angle.sin();
             let uv = Vec2::new(k as f32 / sides as f32, -center.y);
             points.push((center + out * radius, out, uv));
@@ -260,17 +261,18 @@ fn add_limb(shape: &mut Shape, line: &[Vec3], [thick, thin]: [f32; 2], sides: u3
         }
     });
     let triangles: Vec<[u32; 3]> = triangles.collect();
+    let ring_at = |i: usize| {
+        let first = i * ring as usize;
+        points[first..first + sides as usize]
+            .iter()
+            .map(|p: &(Vec3, Vec3, Vec2)| p.0)
+    };
+    let foot: Vec<Vec3> = ring_at(0).rev().collect();
+    let head: Vec<Vec3> = ring_at(n - 1).collect();
     shape.smooth(Skin::Bark, points.into_iter(), triangles.into_iter());
+    shape.face(Skin::Bark, &foot);
     if !is_pointed {
-        let end = line[n - 1];
-        let ahead = (end - line[n - 2]).normalize();
-        let rim: Vec<Vec3> = (0..sides)
-            .map(|k| {
-                let angle = TAU * k as f32 / sides as f32;
-                end + (side * angle.cos() + ahead.cross(side) * angle.sin()) * thin
-            })
-            .collect();
-        shape.face(Skin::Bark, &rim);
+        shape.face(Skin::Bark, &head);
     }
 }
 
