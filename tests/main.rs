@@ -7,3 +7,4 @@ mod models;
 mod occlusion;
 mod sabotage;
 mod setup;
+mod town;
