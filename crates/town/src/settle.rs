@@ -409,7 +409,7 @@ impl Places {
         self.footprints
             .push(footprint(&tower.moved(0.0, 2.9), 5.8, 5.8));
         self.footprints
-            .push(footprint(&nave.moved(2.4, 0.0), 24.6, 9.6));
+            .push(footprint(&nave.moved(2.52, 0.0), 24.36, 9.6));
         let mut dice = Dice::new(4, 4);
         self.add_hedges(plan, row, piece, &mut dice);
     }

@@ -100,8 +100,8 @@ fn count(catalogue: &Catalogue, ground: &Terrain, places: &Places) -> u64 {
 
 /// Moves the built-in house to the market.
 fn move_guildhall(scene: &mut Scene, objects: Range<usize>, places: &Places) {
-    for object in &mut scene.objects[objects] {
-        object.name = format!("guildhall, {}", object.name);
+    for (i, object) in scene.objects[objects].iter_mut().enumerate() {
+        object.name = format!("guildhall {}, {}", i + 1, object.name);
         object.world_from_mesh = places.guildhall * object.world_from_mesh;
     }
 }
