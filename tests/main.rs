@@ -8,3 +8,4 @@ mod models;
 mod occlusion;
 mod sabotage;
 mod setup;
+mod town;

@@ -19,7 +19,6 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 const GROUND: [f32; 2] = [8.7, 17.7];
 /// Half width and half depth of the storeys above, which jut out, in metres.
 const UPPER: [f32; 2] = [9.0, 18.0];
-/// Heights where the plinth, the ground storey and the upper storey end, in metres.
 /// Where the plinth ends, in metres.
 const PLINTH_TOP: f32 = 0.9;
 /// Where the ground storey ends and the floor above begins, in metres.

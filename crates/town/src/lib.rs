@@ -2,11 +2,14 @@
 
 mod town;
 
+// Where everything is: the plan, the ground, what stands on it.
 mod bank;
+mod grove;
 mod plan;
 mod settle;
 mod terrain;
 
+// What stands in a town, each part one mesh.
 mod part;
 
 mod building;
@@ -16,6 +19,7 @@ mod furniture;
 mod housetop;
 mod tree;
 
+// The house, which is also the town's guildhall.
 mod house;
 
 mod chimneys;
@@ -25,6 +29,7 @@ mod roof;
 mod turret;
 mod windows;
 
+// Surfaces and scenes.
 mod assembly;
 mod shape;
 mod skin;

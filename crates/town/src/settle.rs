@@ -169,7 +169,7 @@ fn footprint(front: &Spot, width: f32, depth: f32) -> [Vec2; 4] {
     })
 }
 
-/// Widths in half metres that fill a length but for less than half a metre.
+/// Widths in half metres that fill a length but for less than a metre.
 fn widths(length: f32, dice: &mut Dice) -> Vec<u8> {
     let (least, most) = (u32::from(*WIDTHS.start()), u32::from(*WIDTHS.end()));
     let mut left = (2.0 * length + 1e-3) as u32;
@@ -264,20 +264,18 @@ impl Places {
         }
     }
 
-    fn add_tree(&mut self, species: Species, at: Vec3, dice: &mut Dice) {
+    fn add_tree(&mut self, species: Species, at: Vec3, dice: &mut Dice) -> Part {
         let variant = dice.below(usize::from(TREES)) as u8;
+        let tree = Part::Tree { species, variant };
         let spot = Spot { at, right: Vec3::X };
         let turned = spot.turned(dice.between(0.0, TAU));
         let scale = dice.between(0.85, 1.12);
-        self.add(
-            species.name(),
-            Part::Tree { species, variant },
-            turned.affine(scale),
-        );
+        self.add(species.name(), tree, turned.affine(scale));
+        tree
     }
 
-    /// Trees of a meadow on given ground.
-    pub(crate) fn add_meadow_tree(&mut self, at: Vec3, is_steep: bool, dice: &mut Dice) {
+    /// Adds a tree of a kind that grows on meadows or on cliffs, and returns it.
+    pub(crate) fn add_meadow_tree(&mut self, at: Vec3, is_steep: bool, dice: &mut Dice) -> Part {
         let species = match is_steep {
             true => dice.pick(&[Species::Cypress, Species::Birch, Species::Birch]),
             false => dice.pick(&[
@@ -287,7 +285,7 @@ impl Places {
                 Species::Cypress,
             ]),
         };
-        self.add_tree(species, at, dice);
+        self.add_tree(species, at, dice)
     }
 
     /// Trees behind the houses.
@@ -411,7 +409,7 @@ impl Places {
         self.footprints
             .push(footprint(&tower.moved(0.0, 2.9), 5.8, 5.8));
         self.footprints
-            .push(footprint(&nave.moved(2.4, 0.0), 24.6, 9.6));
+            .push(footprint(&nave.moved(2.52, 0.0), 24.36, 9.6));
         let mut dice = Dice::new(4, 4);
         self.add_hedges(plan, row, piece, &mut dice);
     }
@@ -462,6 +460,58 @@ impl Places {
                 let spot = edge.spot(along).moved(0.0, 2.6).turned(1.5);
                 self.add("handcart", Part::Cart, spot.affine(1.0));
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::plan;
+    use proptest::prelude::*;
+
+    /// How far two rectangles reach into each other: along the axis of either on which they do
+    /// the least.
+    fn overlap(a: &[Vec2; 4], b: &[Vec2; 4]) -> f32 {
+        let axes = [a[1] - a[0], a[2] - a[1], b[1] - b[0], b[2] - b[1]];
+        let along = |axis: Vec2| {
+            let axis = axis.normalize();
+            let span = |corners: &[Vec2; 4]| {
+                let at = corners.map(|p| p.dot(axis));
+                let far = [f32::INFINITY, f32::NEG_INFINITY];
+                at.iter()
+                    .fold(far, |[low, high], &t| [low.min(t), high.max(t)])
+            };
+            let ([a0, a1], [b0, b1]) = (span(a), span(b));
+            a1.min(b1) - a0.max(b0)
+        };
+        axes.map(along).into_iter().fold(f32::INFINITY, f32::min)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        /// No building stands on another's ground.
+        #[test]
+        fn footprints_do_not_overlap(seed: u32, size in 0.6..4.0f32) {
+            let places = settle(&plan(seed >> 8, size), seed >> 8);
+            prop_assert!(places.footprints.len() > 10);
+            for (i, a) in places.footprints.iter().enumerate() {
+                for b in &places.footprints[..i] {
+                    // Neighbours share a wall; a centimetre is far above rounding.
+                    let overlap = overlap(a, b);
+                    prop_assert!(overlap < 0.01, "{overlap} m of {a:?} and {b:?}");
+                }
+            }
+        }
+
+        /// Houses fill a street's side but for less than a metre: no house is 10.5 m wide, nor are two.
+        #[test]
+        fn houses_fill_their_street(seed: u32, length in 6.0..90.0f32) {
+            let widths = widths(length, &mut Dice::new(seed >> 8, 1));
+            let sum: f32 = widths.iter().map(|&w| f32::from(w) / 2.0).sum();
+            prop_assert!(sum <= length + 1e-3 && sum > length - 1.0, "{sum} of {length}");
+            prop_assert!(widths.iter().all(|w| WIDTHS.contains(w)));
         }
     }
 }
