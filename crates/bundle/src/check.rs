@@ -207,8 +207,10 @@ fn check_camera(resolution: u32, fov: f64, place: &str) -> Checked {
         format_args!("{place}resolution"),
         || format!("is {resolution}, not from 1 to {MAX_SIDE}"),
     )?;
+    // In radians it must be between 0 and pi too.
+    let radians = fov.to_radians();
     require(
-        fov > 0.0 && fov < 180.0,
+        radians > 0.0 && radians < std::f64::consts::PI,
         format_args!("{place}fov_degrees"),
         || format!("is {fov}, not between 0 and 180"),
     )

@@ -38,6 +38,8 @@ pub(super) struct Subject<'a> {
     pub(super) cell: ViewCell,
     /// Least and greatest corner of what is represented, in the world.
     pub(super) represented: [DVec3; 2],
+    /// The same, with all of the original, whatever the manifest says.
+    all: [DVec3; 2],
     pub(super) lens: PromisedCamera,
     /// Pixels of parallax that are promised.
     pub(super) most_parallax: f64,
@@ -63,6 +65,12 @@ impl<'a> Subject<'a> {
             represented, body, ..
         } = one;
         let Body::Layered(body) = body;
+        if body.layers.is_empty() {
+            bail!("impostors[0].body.layers are none; bake the bundle again");
+        }
+        let Some([least, greatest]) = original.bounds() else {
+            bail!("the scene that was baked has no triangles; bake the bundle again");
+        };
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
             original: Side::new(original),
@@ -73,6 +81,7 @@ impl<'a> Subject<'a> {
             borders: body.borders(),
             cell: manifest.options.view_cell,
             represented: *represented,
+            all: [represented[0].min(least), represented[1].max(greatest)],
             lens: PromisedCamera {
                 fov: manifest.options.fov_degrees.to_radians(),
                 resolution: manifest.options.resolution,
@@ -86,9 +95,9 @@ impl<'a> Subject<'a> {
         (self.represented[0] + self.represented[1]) / 2.0
     }
 
-    /// Corners of what is represented, in the world.
+    /// Corners of a box around what is represented and the original, in the world.
     pub(super) fn corners(&self) -> [DVec3; 8] {
-        let [min, max] = self.represented;
+        let [min, max] = self.all;
         std::array::from_fn(|i| {
             let side = |axis: usize| {
                 if i >> axis & 1 == 0 {
