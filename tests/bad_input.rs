@@ -324,8 +324,8 @@ fn a_scene_that_was_changed_is_refused() {
     );
 }
 
-/// Every file of a folder of malformed ones, where there is one beside the models, is refused or
-/// read into a sound scene.
+/// Every file of a folder of malformed ones, where there is one beside the models, is refused with
+/// one line or read into a sound scene, and so is a bake of it.
 #[test]
 fn malformed_files_are_refused_or_read_soundly() {
     let models = std::env::var_os("FARFIELD_MODELS").map(PathBuf::from);
@@ -333,24 +333,52 @@ fn malformed_files_are_refused_or_read_soundly() {
     let Some(folder) = folder.filter(|folder| folder.is_dir()) else {
         return skipped("no folder of malformed files lies beside FARFIELD_MODELS");
     };
-    let mut count = 0;
-    for (name, _) in contents(&folder) {
+    let expected = fs::read(folder.join("expected.json")).expect("the folder says what is wrong");
+    let expected: serde_json::Value = serde_json::from_slice(&expected).unwrap();
+    let expected = expected.as_object().unwrap();
+    let mut names: Vec<PathBuf> = contents(&folder).into_iter().map(|file| file.0).collect();
+    names.retain(|name| {
+        let end = name.extension();
+        end.is_some_and(|end| end == "gltf" || end == "glb")
+    });
+    for name in expected.keys() {
+        assert!(names.contains(&name.into()), "{name} is not in the folder");
+    }
+    assert!(names.len() >= 20, "only {} files are there", names.len());
+    let mut read = Vec::new();
+    for name in names {
         let path = folder.join(&name);
-        if !path
-            .extension()
-            .is_some_and(|end| end == "gltf" || end == "glb")
-        {
-            continue;
-        }
-        count += 1;
+        let errors = expected.get(&*name.to_string_lossy());
+        let codes = errors.map_or_else(String::new, |errors| errors["errorCodes"].to_string());
         match farfield_import::read(&path) {
-            Ok(imported) => assert_eq!(imported.scene.check(), Ok(()), "{}", name.display()),
+            Ok(imported) => {
+                assert_eq!(imported.scene.check(), Ok(()), "{}", name.display());
+                read.push(format!("{}: {codes}", name.display()));
+                baked_or_refused(&path);
+            }
             Err(error) => {
                 let message = error.to_string();
-                let file = path.file_name().unwrap().to_string_lossy().into_owned();
-                assert_names(&message, &[&file]);
+                assert_names(&message, &[&path.display().to_string()]);
+                assert!(!message.contains('\n'), "more than one line: {message}");
+                assert_names(&refusal(&path, None), &[&path.display().to_string()]);
             }
         }
     }
-    assert!(count >= 20, "only {count} files were read");
+    eprintln!("READ {read:#?}");
+}
+
+/// Bakes a file, or is told in one line why not, with nothing left behind.
+fn baked_or_refused(scene: &Path) {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("bundle");
+    let options = options(SceneChoice::File(scene.to_owned()), 64, &out);
+    match bake(&options, &Console::Silent) {
+        Ok(_) => assert!(farfield_bundle::read(&out).is_ok()),
+        Err(error) => {
+            let message = format!("{error:#}");
+            assert_names(&message, &[&scene.display().to_string()]);
+            assert!(!message.contains('\n'), "more than one line: {message}");
+            assert!(contents(folder.path()).is_empty());
+        }
+    }
 }

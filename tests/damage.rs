@@ -67,7 +67,8 @@ pub(crate) fn damages() -> impl Strategy<Value = Damage> {
 /// What may come in the place of a part of a manifest.
 pub(crate) fn values() -> impl Strategy<Value = Value> {
     let numbers = vec![
-        0.0, 0.5, 1.0, -1.0, 2.0, 1e-300, 5e-324, 1e-9, 1e9, 1e20, 1e154, 1e200, 1e308, -1e308, 179.999,
+        0.0, 0.5, 1.0, -1.0, 2.0, 1e-300, 5e-324, 1e-9, 1e9, 1e20, 1e154, 1e200, 1e308, -1e308,
+        179.999,
     ];
     prop_oneof![
         3 => prop::sample::select(numbers).prop_map(|number| json!(number)),
@@ -83,7 +84,9 @@ pub(crate) fn values() -> impl Strategy<Value = Value> {
 pub(crate) fn places(value: &Value) -> Vec<String> {
     let within = |(name, value): (String, &Value)| {
         let inner = places(value);
-        inner.into_iter().map(move |place| format!("/{name}{place}"))
+        inner
+            .into_iter()
+            .map(move |place| format!("/{name}{place}"))
     };
     match value {
         Value::Object(fields) => {
@@ -92,7 +95,10 @@ pub(crate) fn places(value: &Value) -> Vec<String> {
         }
         Value::Array(values) if !values.is_empty() => {
             let values = values.iter().enumerate();
-            values.map(|(i, value)| (i.to_string(), value)).flat_map(within).collect()
+            values
+                .map(|(i, value)| (i.to_string(), value))
+                .flat_map(within)
+                .collect()
         }
         _ => vec![String::new()],
     }
@@ -104,7 +110,9 @@ pub(crate) fn picture(format: ImageFormat) -> Vec<u8> {
         image::Rgb([x * 5, y * 7, (x * 13 + y * 29) % 251].map(|n| n as u8))
     });
     let mut file = Cursor::new(Vec::new());
-    DynamicImage::from(picture).write_to(&mut file, format).unwrap();
+    DynamicImage::from(picture)
+        .write_to(&mut file, format)
+        .unwrap();
     file.into_inner()
 }
 
@@ -114,7 +122,10 @@ pub(crate) fn good_glb() -> Vec<u8> {
     let parts: [Vec<u8>; 5] = [
         bytes(&[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]),
         bytes(&[0., 1., 1., 1., 1., 0., 0., 0.]),
-        [0u16, 1, 2, 0, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect(),
+        [0u16, 1, 2, 0, 2, 3]
+            .iter()
+            .flat_map(|i| i.to_le_bytes())
+            .collect(),
         picture(ImageFormat::Png),
         picture(ImageFormat::Jpeg),
     ];
@@ -125,12 +136,16 @@ pub(crate) fn good_glb() -> Vec<u8> {
         binary.extend(part);
         binary.resize(binary.len().next_multiple_of(4), 0);
     }
-    let primitive = |material: u32| json!({
-        "attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": material
-    });
-    let material = |texture: u32| json!({
-        "pbrMetallicRoughness": {"baseColorTexture": {"index": texture}}
-    });
+    let primitive = |material: u32| {
+        json!({
+            "attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": material
+        })
+    };
+    let material = |texture: u32| {
+        json!({
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": texture}}
+        })
+    };
     let document = json!({
         "asset": {"version": "2.0"},
         "nodes": [{"name": "flag", "mesh": 0, "translation": [1, 2, 3], "children": [1]},

@@ -30,7 +30,11 @@ fn peak_of<T>(call: impl FnOnce() -> T) -> usize {
 const FACTOR: usize = 4;
 
 /// Calls for each of `count` damaged files; the same in every run.
-fn greatest_of<S: Strategy>(count: u32, strategy: &S, mut take: impl FnMut(S::Value) -> usize) -> usize {
+fn greatest_of<S: Strategy>(
+    count: u32,
+    strategy: &S,
+    mut take: impl FnMut(S::Value) -> usize,
+) -> usize {
     let mut runner = TestRunner::deterministic();
     let mut draw = || strategy.new_tree(&mut runner).unwrap().current();
     (0..count).map(|_| take(draw())).max().unwrap()
@@ -61,7 +65,10 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
     });
     fs::write(&path, &glb).unwrap();
     println!("import: {good} bytes, damaged {worst}");
-    assert!(worst <= FACTOR * good, "{worst} bytes, the good file takes {good}");
+    assert!(
+        worst <= FACTOR * good,
+        "{worst} bytes, the good file takes {good}"
+    );
 
     // The bundle's reader.
     let dir = folder.path().join("bundle");
@@ -75,7 +82,10 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
     });
     fs::write(&path, &text).unwrap();
     println!("bundle: {good} bytes, damaged {worst}");
-    assert!(worst <= FACTOR * good, "{worst} bytes, the good file takes {good}");
+    assert!(
+        worst <= FACTOR * good,
+        "{worst} bytes, the good file takes {good}"
+    );
 
     // Verify, with checksums that are right. The first time threads are started.
     let sound = manifest(&dir);
@@ -95,5 +105,8 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
         peak_of(|| looked_at(folder.path()))
     });
     println!("verify: {good} bytes, damaged {worst}");
-    assert!(worst <= FACTOR * good, "{worst} bytes, the good file takes {good}");
+    assert!(
+        worst <= FACTOR * good,
+        "{worst} bytes, the good file takes {good}"
+    );
 }

@@ -34,7 +34,9 @@ fn bake(folder: &Path, resolution: u32) -> (String, Duration) {
 
 /// The checksum of the bundle's manifest, after all of the bundle was found as it says.
 fn sha256(folder: &Path) -> String {
-    farfield_bundle::read(&folder.join("bundle")).unwrap().sha256
+    farfield_bundle::read(&folder.join("bundle"))
+        .unwrap()
+        .sha256
 }
 
 /// Whenever a bake is killed, the bundle it was to replace is there as it was, or the new one is;
@@ -54,9 +56,9 @@ fn a_killed_bake_leaves_the_old_bundle_or_the_new_one() {
         // Whichever is not there.
         let resolution = resolutions[usize::from(before == first)];
         let mut child = start(folder, resolution);
-        // Spread evenly, in no order, over somewhat more than a bake takes.
+        // Spread evenly, in no order, over twice what a bake took: some come to their end.
         let share = (f64::from(i) * 0.618_033_988_749_895).fract();
-        std::thread::sleep(took.mul_f64(1.2 * share));
+        std::thread::sleep(took.mul_f64(2.0 * share));
         child.kill().unwrap();
         killed += u32::from(!child.wait().unwrap().success());
 
@@ -76,6 +78,10 @@ fn a_killed_bake_leaves_the_old_bundle_or_the_new_one() {
     assert_ne!(found, before);
     // Where folders cannot be locked, none is removed.
     if cfg!(unix) {
-        assert_eq!(fs::read_dir(folder).unwrap().count(), 2, "something is left");
+        assert_eq!(
+            fs::read_dir(folder).unwrap().count(),
+            2,
+            "something is left"
+        );
     }
 }
