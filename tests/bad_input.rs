@@ -324,6 +324,26 @@ fn a_scene_that_was_changed_is_refused() {
     );
 }
 
+/// What the Khronos validator minds in files that are read nevertheless: it is about what is not
+/// used, what can be told from the rest, or what has a clear meaning.
+const HARMLESS: [&str; 13] = [
+    "ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND",
+    "ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND",
+    "ACCESSOR_MAX_MISMATCH",
+    "ACCESSOR_MIN_MISMATCH",
+    "MESH_PRIMITIVE_POSITION_ACCESSOR_WITHOUT_BOUNDS",
+    "ACCESSOR_NON_CLAMPED",
+    "EMPTY_ENTITY",
+    "ROTATION_NON_UNIT",
+    // Of an image that nothing shows.
+    "IMAGE_UNEXPECTED_EOS",
+    // Of skins, which are left out.
+    "ACCESSOR_JOINTS_INDEX_DUPLICATE",
+    "ACCESSOR_JOINTS_INDEX_OOB",
+    "ACCESSOR_WEIGHTS_NEGATIVE",
+    "ACCESSOR_WEIGHTS_NON_NORMALIZED",
+];
+
 /// Every file of a folder of malformed ones, where there is one beside the models, is refused with
 /// one line or read into a sound scene, and so is a bake of it.
 #[test]
@@ -345,15 +365,17 @@ fn malformed_files_are_refused_or_read_soundly() {
         assert!(names.contains(&name.into()), "{name} is not in the folder");
     }
     assert!(names.len() >= 20, "only {} files are there", names.len());
-    let mut read = Vec::new();
     for name in names {
         let path = folder.join(&name);
-        let errors = expected.get(&*name.to_string_lossy());
-        let codes = errors.map_or_else(String::new, |errors| errors["errorCodes"].to_string());
         match farfield_import::read(&path) {
             Ok(imported) => {
                 assert_eq!(imported.scene.check(), Ok(()), "{}", name.display());
-                read.push(format!("{}: {codes}", name.display()));
+                let wrong = &expected[&*name.to_string_lossy()]["errorCodes"];
+                let codes = wrong.as_array().unwrap().iter();
+                let harmful: Vec<_> = codes
+                    .filter(|code| !HARMLESS.contains(&code.as_str().unwrap()))
+                    .collect();
+                assert!(harmful.is_empty(), "{}: {harmful:?}", name.display());
                 baked_or_refused(&path);
             }
             Err(error) => {
@@ -364,7 +386,6 @@ fn malformed_files_are_refused_or_read_soundly() {
             }
         }
     }
-    eprintln!("READ {read:#?}");
 }
 
 /// Bakes a file, or is told in one line why not, with nothing left behind.
