@@ -421,7 +421,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 40] = [
+        let damages: [(&str, Damage); 41] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -446,6 +446,10 @@ mod tests {
             }),
             ("options.fov_degrees", |m| {
                 m.options.fov_degrees = f64::NAN;
+            }),
+            // None in radians.
+            ("options.fov_degrees", |m| {
+                m.options.fov_degrees = 5e-324;
             }),
             ("options.view_cell.center", |m| {
                 m.options.view_cell = ViewCell::Box {
