@@ -1,6 +1,8 @@
 //! What needs two crates or more, and whole bakes.
 
 mod bad_input;
+mod damage;
+mod damaged;
 mod determinism;
 mod house;
 mod import;

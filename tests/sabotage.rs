@@ -786,3 +786,16 @@ fn a_certificate_is_valid_as_long_as_the_bundle_is_the_same() {
     assert!(!verified(dir, 1).holds);
     assert_eq!(state(), CertificateState::Missing);
 }
+
+/// Any number of quads could show the same texels, more than there is memory for.
+#[test]
+fn quads_that_share_texels_are_named() {
+    let mut bundle = good();
+    let objects = bundle.display.objects.clone();
+    for _ in 0..20 {
+        bundle.display.objects.extend(objects.iter().cloned());
+    }
+    let broken = bundle.verified(1).broken;
+    let is_named = |fault: &String| fault.contains("they share some");
+    assert!(broken.iter().any(is_named), "{broken:?}");
+}

@@ -210,8 +210,10 @@ fn check_camera(resolution: u32, fov: f64, place: &str) -> Checked {
         format_args!("{place}resolution"),
         || format!("is {resolution}, not from 1 to {MAX_RESOLUTION}"),
     )?;
+    // In radians it must be between 0 and pi too.
+    let radians = fov.to_radians();
     require(
-        fov > 0.0 && fov < 180.0,
+        radians > 0.0 && radians < std::f64::consts::PI,
         format_args!("{place}fov_degrees"),
         || format!("is {fov}, not between 0 and 180"),
     )
@@ -427,7 +429,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 40] = [
+        let damages: [(&str, Damage); 41] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -452,6 +454,10 @@ mod tests {
             }),
             ("options.fov_degrees", |m| {
                 m.options.fov_degrees = f64::NAN;
+            }),
+            // None in radians.
+            ("options.fov_degrees", |m| {
+                m.options.fov_degrees = 5e-324;
             }),
             ("options.view_cell.center", |m| {
                 m.options.view_cell = ViewCell::Box {

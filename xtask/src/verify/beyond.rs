@@ -1,5 +1,6 @@
 //! How far a promise holds outside of the view cell.
 
+use super::possible;
 use super::subject::Subject;
 use super::view::look_at_geometry;
 use farfield_bundle::{Beyond, Promise};
@@ -83,14 +84,9 @@ fn holds(subject: &Subject<'_>, promise: &Promise, eyes: &[DVec3]) -> bool {
 /// Whether all that is represented lies before a camera at a place, and before the place along
 /// the axis of the layers.
 fn sees_all_before_it(subject: &Subject<'_>, eye: DVec3) -> bool {
-    let camera = subject.camera(eye, 1);
     let nearest = subject.stack.layers.first().map_or(0.0, |layer| layer.near);
     let along = (eye - subject.reference().eye).dot(subject.reference().forward);
-    along < nearest
-        && subject
-            .corners()
-            .iter()
-            .all(|corner| camera.pose.point_in_view(*corner).z > 0.0)
+    along < nearest && possible::sees_all(subject, eye)
 }
 
 /// The last value between `holds`, where something holds, and `end` at which it still does, as

@@ -125,6 +125,14 @@ fn other_texels(patches: &[Patch], subject: &Subject<'_>) -> Option<String> {
         of_layer[patch.layer as usize].push(*patch);
     }
     let pages = &subject.impostor.scene.images;
+    // Quads that share what they show could have any number of texels.
+    let shown: u64 = patches.iter().map(|patch| patch.rect.area()).sum();
+    let held: u64 = pages.iter().map(|page| page.texels.len() as u64).sum();
+    if shown > held {
+        return Some(format!(
+            "the quads show {shown} texels, more than the {held} of the pages: they share some"
+        ));
+    }
     let found: Vec<_> = of_layer
         .par_iter()
         .map(|patches| opaque_texels(patches, pages))

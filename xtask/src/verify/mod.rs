@@ -4,6 +4,7 @@ mod beyond;
 mod certificate;
 mod construction;
 mod html;
+mod possible;
 mod promise;
 mod report;
 mod subject;
@@ -18,7 +19,7 @@ pub use totals::Place;
 use crate::console::Console;
 use crate::{bake, source};
 use anyhow::{Context, Result, bail};
-use farfield_bundle::{CertificateState, GLTF_FILE, Manifest, Technique};
+use farfield_bundle::{CertificateState, GLTF_FILE, MANIFEST_FILE, Manifest, Technique};
 use farfield_scene::Scene;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -52,7 +53,8 @@ const CHUNK: u64 = 64;
 ///
 /// # Errors
 ///
-/// When the bundle is damaged, or the original is not there or not the one that was baked.
+/// When the bundle is damaged or says what cannot be, or the original is not there or not the one
+/// that was baked.
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
     let dir = &options.dir;
     let manifest = console.stage("read bundle", || farfield_bundle::read(dir))?;
@@ -61,11 +63,12 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     })?;
     let original = original.scene;
     let impostor = read_impostors(dir, &manifest)?;
-    let subject = Subject::new(&manifest, &original, &impostor)?;
+    let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
+    let subject = Subject::new(&manifest, &original, &impostor).with_context(in_manifest)?;
     let earlier = tell_certificate(dir, &manifest, console)?;
-
-    let construction = construction::check_construction(&subject)
-        .with_context(|| format!("{}: the bundle cannot be shown", dir.display()))?;
+    possible::check_views(&subject, &options.views).with_context(in_manifest)?;
+    let construction = construction::check_construction(&subject).with_context(in_manifest)?;
+    possible::check_resolution(&subject, &construction).with_context(in_manifest)?;
     let totals = look_at_all(&subject, &options.views, console);
     let coverage_at = console.stage("coverage", || coverage_at(&subject, &options.views));
     let mut report = report::summarise(

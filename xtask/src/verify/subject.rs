@@ -66,7 +66,8 @@ impl<'a> Subject<'a> {
             represented, body, ..
         } = one;
         let Body::Layered(body) = body;
-        require_same_box(*represented, represented_box(original)?)?;
+        let filled = represented_box(original)?;
+        require_same_box(*represented, filled)?;
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
             original: Side::new(original),
@@ -83,7 +84,7 @@ impl<'a> Subject<'a> {
                 Technique::Layered { .. } => Foliage::Any,
             },
             cell: manifest.options.view_cell,
-            represented: *represented,
+            represented: filled,
             lens: PromisedCamera {
                 fov: manifest.options.fov_degrees.to_radians(),
                 resolution: manifest.options.resolution,
@@ -97,7 +98,7 @@ impl<'a> Subject<'a> {
         (self.represented[0] + self.represented[1]) / 2.0
     }
 
-    /// Corners of what is represented, in the world.
+    /// Corners of a box around what is represented and the original, in the world.
     pub(super) fn corners(&self) -> [DVec3; 8] {
         let [min, max] = self.represented;
         std::array::from_fn(|i| {
