@@ -50,7 +50,7 @@ fn row(model: &Layered) {
             stack,
             &model.cell,
             Foliage::Any,
-        )))
+        )));
     };
     let mut cull = || {
         let mut culler = Culler::new(stack.width as usize, stack.height as usize);

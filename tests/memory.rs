@@ -64,7 +64,6 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
         peak_of(import)
     });
     fs::write(&path, &glb).unwrap();
-    println!("import: {good} bytes, damaged {worst}");
     assert!(
         worst <= FACTOR * good,
         "{worst} bytes, the good file takes {good}"
@@ -81,7 +80,6 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
         peak_of(read)
     });
     fs::write(&path, &text).unwrap();
-    println!("bundle: {good} bytes, damaged {worst}");
     assert!(
         worst <= FACTOR * good,
         "{worst} bytes, the good file takes {good}"
@@ -104,7 +102,6 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
         stamp(&dir, changed);
         peak_of(|| looked_at(folder.path()))
     });
-    println!("verify: {good} bytes, damaged {worst}");
     assert!(
         worst <= FACTOR * good,
         "{worst} bytes, the good file takes {good}"

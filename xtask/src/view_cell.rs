@@ -319,13 +319,13 @@ mod tests {
 
     #[test]
     fn the_default_cell_stands_one_extent_before_the_front() {
-        let represented = [DVec3::new(-1.0, 0.0, -4.0), DVec3::new(1.0, 2.0, 4.0)];
+        let represented = [DVec3::new(-1.0, 0.0, -4.0), DVec3::new(1.0, 5.0, 4.0)];
         let camera = PromisedCamera {
             fov: 0.8,
             resolution: 512,
         };
         let cell = resolve(None, represented, &camera).unwrap();
-        let (center, size) = (DVec3::new(0.0, 1.0, 14.0), DVec3::splat(4.0));
+        let (center, size) = (DVec3::new(0.0, 2.5, 14.0), DVec3::splat(4.0));
         assert_eq!(cell, ViewCell::Box { center, size });
     }
 

@@ -35,7 +35,7 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Result<Construction> 
         subject.represented,
         &subject.lens,
     )
-    .context("the layers do not fit together")?;
+    .context("the layers do not fit together; bake the bundle again")?;
     let (proved, mut faults) = bounds(&found);
     let depths: Vec<f64> = subject
         .stack
