@@ -63,7 +63,7 @@ fn bake_and_verify_report_as_promised() {
             stderr(&baked)
         );
     }
-    let bundle = "target/farfield/house-layered";
+    let bundle = "target/farfield/town-layered";
     assert!(folder.path().join(bundle).join("bundle.json").exists());
 
     // As many as give colours of so small pictures a reliable mean.
