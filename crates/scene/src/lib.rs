@@ -1,8 +1,12 @@
 #![doc = include_str!("../README.md")]
 
 mod check;
+mod clip;
+mod join;
 mod material;
 mod scene;
+#[cfg(test)]
+mod testing;
 
 pub use check::SceneError;
 pub use material::{AlphaMode, Filter, Image, Material, Texture, Wrap};

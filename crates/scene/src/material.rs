@@ -56,6 +56,31 @@ impl Default for Material {
     }
 }
 
+impl Material {
+    /// The textures it shows.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = u32> {
+        [
+            self.base_color_texture,
+            self.metallic_roughness_texture,
+            self.normal_texture,
+            self.emissive_texture,
+        ]
+        .into_iter()
+        .flatten()
+    }
+
+    /// The same with other numbers of textures.
+    pub(crate) fn renumbered(&self, number: impl Fn(u32) -> u32) -> Self {
+        Self {
+            base_color_texture: self.base_color_texture.map(&number),
+            metallic_roughness_texture: self.metallic_roughness_texture.map(&number),
+            normal_texture: self.normal_texture.map(&number),
+            emissive_texture: self.emissive_texture.map(&number),
+            ..self.clone()
+        }
+    }
+}
+
 /// How a material's alpha is understood.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
