@@ -102,6 +102,7 @@ pub(crate) fn prepare(model: Model) -> Layered {
         cell,
         represented: scene.bounds().expect("the scene has triangles"),
         camera: PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: 45f64.to_radians(),
             resolution: 512,
         },

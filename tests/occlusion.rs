@@ -22,6 +22,7 @@ fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
         cell,
         represented: scene.bounds().unwrap(),
         camera: PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: 45f64.to_radians(),
             resolution,
         },

@@ -288,6 +288,7 @@ mod tests {
     #[test]
     fn descriptions_can_be_read_back() {
         let camera = PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: 0.8,
             resolution: 512,
         };
@@ -321,6 +322,7 @@ mod tests {
     fn the_default_cell_stands_one_extent_before_the_front() {
         let represented = [DVec3::new(-1.0, 0.0, -4.0), DVec3::new(1.0, 5.0, 4.0)];
         let camera = PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: 0.8,
             resolution: 512,
         };
@@ -333,6 +335,7 @@ mod tests {
     fn the_default_cell_of_a_flat_scene_stands_on_the_ground() {
         let represented = [DVec3::new(-4.0, 1.0, -4.0), DVec3::new(4.0, 2.0, 4.0)];
         let camera = PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: 0.8,
             resolution: 512,
         };
@@ -346,6 +349,7 @@ mod tests {
     fn a_shaft_ends_where_texels_are_a_sixth_of_a_pixel() {
         let represented = [DVec3::splat(-1.0), DVec3::splat(1.0)];
         let camera = PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: 0.8,
             resolution: 512,
         };

@@ -1,7 +1,8 @@
 //! What a given stack of layers guarantees for a given view cell.
 
 use crate::depth_range::{nearest_depth, parallax_between};
-use crate::{Layer, LayerStack, PromisedCamera, corners_in_view, displacement};
+use crate::texel::least_approach;
+use crate::{Aim, Layer, LayerStack, PromisedCamera, corners_in_view, displacement};
 use crate::{smallest_texel, texel_size};
 use farfield_views::{Extent, ViewCell};
 use glam::{DVec2, DVec3, DVec4};
@@ -22,6 +23,7 @@ pub struct Guarantee {
     /// The greatest side of a texel within the represented box, in pixels of a camera anywhere in
     /// the cell that looks at the box's centre, where a texel counts as far away as it is along
     /// that camera's own axis: see [`texel_size`]. 1 or less proves that texels are not magnified.
+    /// For a camera that looks anywhere, where it looks straight at a texel.
     /// Infinite if the box reaches beside or behind such a camera.
     pub greatest_texel_px: f64,
     /// How far a point of a layer's depth range is shown from where it belongs, at most, in
@@ -123,7 +125,14 @@ pub fn guarantee(
     let (disparity, disparity_layer) = greatest_disparity(stack, &corners);
     let (parallax, parallax_layer) = greatest_parallax(stack, &corners);
     let pixel = camera.pixel();
-    let largest = texel_size(&stack.pose, cell, represented, pixel);
+    let largest = match camera.aim {
+        Aim::Center => texel_size(&stack.pose, cell, represented, pixel),
+        Aim::Anywhere => {
+            let ends = stack.layers.first().zip(stack.layers.last());
+            let depths = ends.map_or([1.0; 2], |(first, last)| [first.depth, last.depth]);
+            pixel * least_approach(depths, &corners)
+        }
+    };
     Ok(Guarantee {
         disparity,
         disparity_layer,
@@ -254,6 +263,7 @@ mod tests {
     use proptest::sample::Index;
 
     const CAMERA: PromisedCamera = PromisedCamera {
+        aim: Aim::Center,
         fov: std::f64::consts::FRAC_PI_4,
         resolution: 64,
     };
@@ -465,6 +475,7 @@ mod tests {
             let far = DVec3::new(-10.0, -10.0, -distance - 40.0);
             let house = [far, DVec3::new(10.0, 10.0, -distance)];
             let camera = PromisedCamera {
+                aim: Aim::Center,
                 resolution: 512,
                 ..CAMERA
             };

@@ -19,7 +19,9 @@ mod testing;
 
 pub use depth_range::{border_between, depth_range_behind};
 pub use guarantee::{Guarantee, InconsistentStack, guarantee};
-pub use plan::{PlanError, PromisedCamera, ReferenceView, plan, reference_view};
+pub use plan::{
+    Aim, PlanError, PromisedCamera, ReferenceView, plan, reference_view, reference_view_of_hull,
+};
 pub use spacing::{displacement, next_layer};
 pub use stack::{
     Bounds, Layer, LayerStack, MAX_LAYERS, MAX_TEXTURE_SIDE, Precision, SAFE_DISPARITY, StackError,

@@ -1,6 +1,7 @@
 //! From a cell and a box: the recording axis, the reference viewpoint, the texel size.
 
 use crate::stack::count_layers;
+use crate::texel::least_approach;
 use crate::{
     Bounds, LayerStack, MAX_LAYERS, Precision, SAFE_DISPARITY, StackError, corners_in_view, stack,
     texel_size,
@@ -8,14 +9,26 @@ use crate::{
 use farfield_views::{Pose, ViewCell};
 use glam::DVec3;
 
-/// The camera that the impostor is made for: square, and wherever in the cell it stands, it looks
-/// at the centre of the represented box.
+/// The camera that the impostor is made for, square, wherever in the cell it stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PromisedCamera {
+    /// Where it looks.
+    pub aim: Aim,
     /// Field of view, in radians, between 0 and pi.
     pub fov: f64,
     /// Pixels on a side, at least 1.
     pub resolution: u32,
+}
+
+/// Where a camera looks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aim {
+    /// At the centre of the represented box.
+    Center,
+    /// Anywhere: what is represented may surround the cell, and reach beside and behind a camera.
+    /// Texels are not magnified where it looks straight at them. Elsewhere in its picture they are
+    /// by up to 1 / cos^2 of the angle off its axis; parallax keeps its limit there too.
+    Anywhere,
 }
 
 impl PromisedCamera {
@@ -139,6 +152,24 @@ pub fn reference_view(
     camera: &PromisedCamera,
 ) -> Result<ReferenceView, PlanError> {
     check(cell, represented, camera)?;
+    reference_view_of_hull(cell, &box_corners(represented), camera)
+}
+
+/// As [`reference_view`], for any convex hull in place of a box: a frustum round a view cell is much
+/// narrower near the cell than its box.
+///
+/// * `hull` - finite corners in the world; their box is the represented box
+///
+/// # Errors
+///
+/// As for [`plan`].
+pub fn reference_view_of_hull(
+    cell: &ViewCell,
+    hull: &[DVec3; 8],
+    camera: &PromisedCamera,
+) -> Result<ReferenceView, PlanError> {
+    let represented = box_around(hull);
+    check(cell, represented, camera)?;
     let [from, to] = represented;
     let mut best: Option<(f64, ReferenceView)> = None;
     let mut failure = PlanError::CellNotBefore { from, to };
@@ -149,10 +180,10 @@ pub fn reference_view(
         handicap,
     } in candidates(cell, represented)
     {
-        if !is_before(cell, axis, represented) {
+        if !is_before(cell, axis, hull) {
             continue;
         }
-        match best_place(cell, represented, camera, axis, [border, center]) {
+        match best_place(cell, hull, camera, axis, [border, center]) {
             Ok((effort, view)) => {
                 if best.is_none_or(|(least, _)| effort * handicap < least) {
                     best = Some((effort * handicap, view));
@@ -207,11 +238,12 @@ fn candidates(cell: &ViewCell, [from, to]: [DVec3; 2]) -> Vec<Candidate> {
         .collect()
 }
 
-/// Whether all of the cell lies before all of the box along an axis.
-fn is_before(cell: &ViewCell, axis: DVec3, represented: [DVec3; 2]) -> bool {
-    // Relative to the box, for the digits.
-    let origin = represented[0];
-    let nearest = box_corners(represented)
+/// Whether all of the cell lies before all of the hull along an axis.
+fn is_before(cell: &ViewCell, axis: DVec3, hull: &[DVec3; 8]) -> bool {
+    // Relative to the hull, for the digits.
+    let origin = hull[0];
+    let nearest = hull
+        .iter()
         .map(|c| (c - origin).dot(axis))
         .fold(f64::INFINITY, f64::min);
     cell.corners().iter().all(|c| {
@@ -227,11 +259,12 @@ fn is_before(cell: &ViewCell, axis: DVec3, represented: [DVec3; 2]) -> bool {
 /// The view from the best place between `ends`, and its columns times rows times layers.
 fn best_place(
     cell: &ViewCell,
-    represented: [DVec3; 2],
+    hull: &[DVec3; 8],
     camera: &PromisedCamera,
     axis: DVec3,
     [border, center]: [DVec3; 2],
 ) -> Result<(f64, ReferenceView), PlanError> {
+    let represented = box_around(hull);
     let [from, to] = represented;
     let pixel = camera.pixel();
     let mut best = None;
@@ -239,17 +272,21 @@ fn best_place(
     for i in 0..PLACES {
         let eye = border.lerp(center, f64::from(i) / f64::from(PLACES - 1));
         let pose = Pose::looking_along(eye, axis);
-        let texel = texel_size(&pose, cell, represented, pixel);
+        let bounds = Bounds::of_points(&pose, hull.iter().copied())?;
+        let corners = corners_in_view(&pose, cell);
+        let texel = match camera.aim {
+            Aim::Center => texel_size(&pose, cell, represented, pixel),
+            Aim::Anywhere => pixel * least_approach([bounds.near, bounds.far], &corners),
+        };
         if texel <= 0.0 {
             return Err(PlanError::TooNear { from, to });
         }
         let precision = Precision {
             texel,
             disparity: SAFE_DISPARITY,
-            parallax: SAFE_PARALLAX * pixel / tilt_magnification(axis, cell, represented),
+            parallax: SAFE_PARALLAX * pixel
+                / parallax_magnification(axis, cell, represented, camera),
         };
-        let bounds = Bounds::of_points(&pose, box_corners(represented))?;
-        let corners = corners_in_view(&pose, cell);
         // Layers, then texels: an equal number of layers goes to the place found first.
         if let Some((texels, layers)) = count_layers(&bounds, &precision, &corners, limit)? {
             let effort = texels.element_product() * layers as f64;
@@ -264,6 +301,22 @@ fn best_place(
 /// magnifies more than those in them.
 const SAFE_PARALLAX: f64 = 7.0 / 8.0;
 
+/// By how much the promised camera magnifies parallax within the box against an image plane parallel
+/// to the layers, at most; at least 1.
+fn parallax_magnification(
+    axis: DVec3,
+    cell: &ViewCell,
+    represented: [DVec3; 2],
+    camera: &PromisedCamera,
+) -> f64 {
+    match camera.aim {
+        Aim::Center => tilt_magnification(axis, cell, represented),
+        // Seen straight on, what is t off the layers' axis is seen at most as far apart as on their
+        // plane; in the corner of the picture, f off the camera's axis, 1 / cos^2 f times that.
+        Aim::Anywhere => 1.0 + 2.0 * (camera.fov / 2.0).tan().powi(2),
+    }
+}
+
 /// By how much a camera in a corner of the cell that looks at the centre of the box magnifies
 /// parallax within the box against an image plane parallel to the layers, at most; at least 1.
 ///
@@ -275,7 +328,7 @@ fn tilt_magnification(axis: DVec3, cell: &ViewCell, represented: [DVec3; 2]) -> 
     let center = (represented[0] + represented[1]) / 2.0;
     let corners = cell.corners();
     let eyes = corners.iter().filter(|v| v.w > 0.0);
-    eyes.flat_map(|eye| box_corners(represented).map(move |corner| (eye.truncate(), corner)))
+    eyes.flat_map(|eye| box_corners(represented).map(|corner| (eye.truncate(), corner)))
         .map(|(eye, corner)| {
             let (y, forward) = (corner - eye, (center - eye).normalize());
             y.length() * y.dot(axis) / y.dot(forward).powi(2)
@@ -283,8 +336,17 @@ fn tilt_magnification(axis: DVec3, cell: &ViewCell, represented: [DVec3; 2]) -> 
         .fold(1.0, f64::max)
 }
 
-fn box_corners([from, to]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
-    (0..8).map(move |i| {
+fn box_around(hull: &[DVec3; 8]) -> [DVec3; 2] {
+    let least = |a: DVec3, b: &DVec3| a.min(*b);
+    let greatest = |a: DVec3, b: &DVec3| a.max(*b);
+    [
+        hull.iter().fold(DVec3::INFINITY, least),
+        hull.iter().fold(DVec3::NEG_INFINITY, greatest),
+    ]
+}
+
+fn box_corners([from, to]: [DVec3; 2]) -> [DVec3; 8] {
+    std::array::from_fn(|i| {
         let side = |bit: usize| {
             if i >> bit & 1 == 0 {
                 from[bit]
@@ -327,7 +389,9 @@ fn check(
     if !sensible {
         return Err(PlanError::BadCell(*cell));
     }
-    let PromisedCamera { fov, resolution } = *camera;
+    let PromisedCamera {
+        fov, resolution, ..
+    } = *camera;
     if !(fov > 0.0 && fov < std::f64::consts::PI && resolution > 0) {
         return Err(PlanError::BadCamera { fov, resolution });
     }
@@ -339,9 +403,11 @@ mod tests {
     use super::*;
     use crate::testing::{cells_before_boxes, viewpoint, weights};
     use farfield_views::Camera;
+    use glam::DVec2;
     use proptest::prelude::*;
 
     const CAMERA: PromisedCamera = PromisedCamera {
+        aim: Aim::Center,
         fov: std::f64::consts::FRAC_PI_4,
         resolution: 512,
     };
@@ -626,6 +692,7 @@ mod tests {
             PlanError::TooNear { .. }
         ));
         let fine = PromisedCamera {
+            aim: Aim::Center,
             resolution: 1 << 17,
             ..CAMERA
         };
@@ -645,7 +712,15 @@ mod tests {
             ));
         }
         for (fov, resolution) in [(0.0, 512), (4.0, 512), (f64::NAN, 512), (1.0, 0)] {
-            let found = error(&cell, represented, &PromisedCamera { fov, resolution });
+            let found = error(
+                &cell,
+                represented,
+                &PromisedCamera {
+                    fov,
+                    resolution,
+                    ..CAMERA
+                },
+            );
             assert!(matches!(found, PlanError::BadCamera { .. }));
         }
         let negative = ViewCell::Box {
@@ -667,6 +742,66 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// A camera that looks in any direction at what surrounds its cell sees no texel that it
+        /// looks straight at magnified, and a point before the first or behind the last layer at most
+        /// a pixel from where it belongs, wherever in its picture it sees it.
+        #[test]
+        fn a_camera_that_looks_anywhere_sees_at_most_a_pixel_of_parallax(
+            half in prop::array::uniform3(0.0..2.0f64),
+            depths in (1.0..5.0f64, 0.1..20.0f64),
+            fov in 0.2..1.5f64,
+            eye in prop::array::uniform3(-1.0..=1.0f64),
+            at in prop::array::uniform3(-1.0..=1.0f64),
+            beside in (-1.0..1.0f64, -1.0..1.0f64),
+        ) {
+            let half = DVec3::from(half);
+            let cell = ViewCell::Box { center: DVec3::ZERO, size: half * 2.0 };
+            // Behind the cell's -Z side, widening by 45 degrees.
+            let within = |depth: f64, x: f64, y: f64| {
+                DVec3::new(x * (half.x + depth), y * (half.y + depth), -half.z - depth)
+            };
+            let ends = [depths.0, depths.0 + depths.1];
+            let sides = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+            let hull = std::array::from_fn(|i| {
+                within(ends[i / 4], sides[i % 4].0, sides[i % 4].1)
+            });
+            let lens = PromisedCamera { aim: Aim::Anywhere, fov, resolution: 64 };
+            let ReferenceView { pose, precision } =
+                reference_view_of_hull(&cell, &hull, &lens).unwrap();
+            let bounds = Bounds::of_points(&pose, hull).unwrap();
+            let corners = corners_in_view(&pose, &cell);
+            let stack = stack(&pose, &bounds, &precision, &corners).unwrap();
+            let eye = DVec3::from(eye) * half;
+            let depth = if at[2] > 0.0 { ends[0] } else { ends[1] };
+            let point = within(depth, at[0], at[1]);
+            // Two pictures of what is seen: straight, and as far beside as the picture reaches.
+            let reach = (fov / 2.0).tan();
+            let straight = Camera::looking_at(eye, point, fov, 64);
+            let tilted = straight.pose.forward
+                + straight.pose.right * beside.0 * reach / (1.0 + reach * reach)
+                + straight.pose.down * beside.1 * reach / (1.0 + reach * reach);
+            let tilted = Camera::looking_at(eye, eye + tilted, fov, 64);
+            let (first, last) = (stack.layers[0], stack.layers[stack.layers.len() - 1]);
+            let in_view = stack.pose.point_in_view(point);
+            let shown = in_view * (in_view.z.clamp(first.depth, last.depth) / in_view.z);
+            let shown = stack.pose.point_in_world(shown);
+            for camera in [straight, tilted] {
+                let pixel = |point| camera.pixel_from_view(camera.pose.point_in_view(point));
+                let size = DVec2::splat(64.0);
+                if (pixel(point) - size / 2.0).abs().cmple(size / 2.0).all() {
+                    let moved = pixel(point).distance(pixel(shown));
+                    prop_assert!(moved <= 1.0, "{moved} pixels");
+                }
+            }
+            for side in [stack.pose.right, stack.pose.down] {
+                let texel = side * stack.texel() * in_view.z;
+                let seen = straight.pose.point_in_view(point + texel / 2.0)
+                    - straight.pose.point_in_view(point - texel / 2.0);
+                let pixels = seen.length() / (point.distance(eye) * lens.pixel());
+                prop_assert!(pixels <= 1.0 + 1e-9, "a texel of {pixels} pixels");
+            }
+        }
 
         /// There are no absolute lengths: a world a million times larger or smaller gets the
         /// same layers, scaled; one that is moved far away almost the same.

@@ -43,6 +43,22 @@ pub fn texel_size(pose: &Pose, cell: &ViewCell, represented: [DVec3; 2], pixel: 
     pixel * least_ratio
 }
 
+/// The least that depths come nearer to a viewpoint of the cell than to the reference viewpoint, as
+/// a share of their distance: `(z - v.z) / z`, the reciprocal of how much larger a texel of the layer
+/// at z is seen from v on an image plane parallel to the layers, and at most when it is looked at
+/// straight.
+///
+/// * `depths` - least and greatest, from the reference viewpoint
+/// * `corners` - of the cell, in view space
+///
+/// Not positive if the cell reaches as far as the nearest depth.
+pub(crate) fn least_approach(depths: [f64; 2], corners: &[DVec4]) -> f64 {
+    let finite = corners.iter().filter(|v| v.w > 0.0);
+    finite
+        .flat_map(|v| depths.map(|z| (z - v.z) / z))
+        .fold(f64::INFINITY, f64::min)
+}
+
 /// The least side of a texel seen from anywhere in the view cell, in pixels of the camera's centre,
 /// on an image plane parallel to the layers.
 ///

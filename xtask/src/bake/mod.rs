@@ -227,6 +227,7 @@ fn has_masks(scene: &Scene) -> bool {
 fn settings(options: &BakeOptions, scene: &Scene) -> Result<layered::Settings> {
     let represented = view_cell::represented_box(scene)?;
     let camera = PromisedCamera {
+        aim: farfield_layers::Aim::Center,
         fov: options.fov_degrees.to_radians(),
         resolution: options.resolution,
     };

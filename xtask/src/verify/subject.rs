@@ -86,6 +86,7 @@ impl<'a> Subject<'a> {
             cell: manifest.options.view_cell,
             represented: filled,
             lens: PromisedCamera {
+                aim: farfield_layers::Aim::Center,
                 fov: manifest.options.fov_degrees.to_radians(),
                 resolution: manifest.options.resolution,
             },
