@@ -1,7 +1,7 @@
 //! Real models, and their layers as a bake makes them.
 
 use farfield_grid::BitMask;
-use farfield_layers::{LayerStack, PromisedCamera};
+use farfield_layers::{Aim, LayerStack, PromisedCamera, box_corners};
 use farfield_quads::{Price, cover};
 use farfield_sampling::{Foliage, Textures};
 use farfield_scene::Scene;
@@ -100,9 +100,9 @@ pub(crate) fn prepare(model: Model) -> Layered {
     } = model;
     let settings = Settings {
         cell,
-        represented: scene.bounds().expect("the scene has triangles"),
+        hull: box_corners(scene.bounds().expect("the scene has triangles")),
         camera: PromisedCamera {
-            aim: farfield_layers::Aim::Center,
+            aim: Aim::Center,
             fov: 45f64.to_radians(),
             resolution: 512,
         },

@@ -2,7 +2,7 @@
 
 use crate::setup::model;
 use farfield_grid::BitMask;
-use farfield_layers::{PromisedCamera, corners_in_view};
+use farfield_layers::{Aim, PromisedCamera, box_corners, corners_in_view};
 use farfield_sampling::{Foliage, Recording, Textures};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell, low_discrepancy_point};
@@ -20,9 +20,9 @@ struct Culled {
 fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
     let settings = Settings {
         cell,
-        represented: scene.bounds().unwrap(),
+        hull: box_corners(scene.bounds().unwrap()),
         camera: PromisedCamera {
-            aim: farfield_layers::Aim::Center,
+            aim: Aim::Center,
             fov: 45f64.to_radians(),
             resolution,
         },

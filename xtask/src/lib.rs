@@ -3,12 +3,14 @@
 mod bake;
 mod built_in;
 mod console;
+mod parts;
 mod pictures;
 mod source;
 mod verify;
 mod view_cell;
+mod view_space;
 
-pub use bake::{BakeOptions, BakeReport, ImpostorReport, bake, layered};
+pub use bake::{Arrangement, BakeOptions, BakeReport, ImpostorReport, bake, layered};
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
 pub use farfield_sampling::Foliage;

@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    BakeOptions, BakeReport, BuiltIn, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport,
-    ViewCellSpec, bake, verify,
+    Arrangement, BakeOptions, BakeReport, BuiltIn, Console, Foliage, SceneChoice, VerifyOptions,
+    VerifyReport, ViewCellSpec, bake, verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -43,6 +43,15 @@ struct BakeArgs {
     /// [default: a cube of half the scene's largest extent, one extent before its +Z side]
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     view_cell: Option<ViewCellSpec>,
+    /// Puts the view cell amid the scene: objects that lie wholly at this distance from it or beyond,
+    /// in metres, are baked into up to six impostors round it. Needs --view-cell box:...
+    #[arg(long, value_name = "DISTANCE", value_parser = positive, requires = "view_cell")]
+    far: Option<f64>,
+    /// For viewers anywhere around the scene, at least this far from its centre, in metres: up to
+    /// six impostors of all. [default: eight times the diagonal of the scene's box]
+    #[arg(long, value_name = "DISTANCE", value_parser = positive, num_args = 0..=1,
+        require_equals = true, conflicts_with_all = ["view_cell", "far"])]
+    views_around: Option<Option<f64>>,
     /// Pixels along each side of the viewer's picture.
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(16..=16384))]
     resolution: u32,
@@ -130,6 +139,11 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
             .scene
             .unwrap_or(SceneChoice::BuiltIn(BuiltIn::default())),
         view_cell: args.view_cell,
+        arrangement: match (args.far, args.views_around) {
+            (Some(distance), _) => Arrangement::Far(distance),
+            (None, Some(distance)) => Arrangement::Around(distance),
+            (None, None) => Arrangement::Before,
+        },
         resolution: args.resolution,
         fov_degrees: args.fov,
         exclude: args.exclude,

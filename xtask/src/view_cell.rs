@@ -139,7 +139,11 @@ pub(crate) fn resolve(
 pub(crate) const SMALLEST_TEXEL: f64 = 1.0 / 6.0;
 
 /// How far from a shaft's apex texels are as small as they may become.
-fn farthest(shaft: &ViewCell, represented: [DVec3; 2], camera: &PromisedCamera) -> Result<f64> {
+pub(crate) fn farthest(
+    shaft: &ViewCell,
+    represented: [DVec3; 2],
+    camera: &PromisedCamera,
+) -> Result<f64> {
     let ViewCell::Shaft { apex, axis, .. } = *shaft else {
         unreachable!("only shafts reach to infinity");
     };
@@ -265,6 +269,7 @@ const LEAST_RELATIVE_EXTENT: f64 = 1.0 / (1u64 << 31) as f64;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use farfield_layers::Aim;
 
     #[test]
     fn specs_are_read() {
@@ -288,7 +293,7 @@ mod tests {
     #[test]
     fn descriptions_can_be_read_back() {
         let camera = PromisedCamera {
-            aim: farfield_layers::Aim::Center,
+            aim: Aim::Center,
             fov: 0.8,
             resolution: 512,
         };
@@ -322,7 +327,7 @@ mod tests {
     fn the_default_cell_stands_one_extent_before_the_front() {
         let represented = [DVec3::new(-1.0, 0.0, -4.0), DVec3::new(1.0, 5.0, 4.0)];
         let camera = PromisedCamera {
-            aim: farfield_layers::Aim::Center,
+            aim: Aim::Center,
             fov: 0.8,
             resolution: 512,
         };
@@ -335,7 +340,7 @@ mod tests {
     fn the_default_cell_of_a_flat_scene_stands_on_the_ground() {
         let represented = [DVec3::new(-4.0, 1.0, -4.0), DVec3::new(4.0, 2.0, 4.0)];
         let camera = PromisedCamera {
-            aim: farfield_layers::Aim::Center,
+            aim: Aim::Center,
             fov: 0.8,
             resolution: 512,
         };
@@ -349,7 +354,7 @@ mod tests {
     fn a_shaft_ends_where_texels_are_a_sixth_of_a_pixel() {
         let represented = [DVec3::splat(-1.0), DVec3::splat(1.0)];
         let camera = PromisedCamera {
-            aim: farfield_layers::Aim::Center,
+            aim: Aim::Center,
             fov: 0.8,
             resolution: 512,
         };

@@ -1,11 +1,11 @@
 //! What a verification adds to a bundle that kept its promise.
 
 use crate::checksum::{is_sealed, seal};
-use crate::manifest::{Generator, Manifest, SceneSource, ViewCellRecord};
+use crate::manifest::{Generator, Manifest, SceneSource};
 use crate::read::{Header, is_absent, parse_json, read_beginning};
+use crate::view_space::ViewSpace;
 use crate::write::{failed, flush_folder, random_digits, write_new_file};
 use crate::{BundleError, ManifestError};
-use farfield_views::ViewCell;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -49,9 +49,7 @@ pub struct Certificate {
     /// The original that the bundle was compared with, as in the manifest.
     pub scene: SceneSource,
     /// Where the camera may be, as in the manifest.
-    #[serde(with = "ViewCellRecord")]
-    #[schemars(with = "ViewCellRecord")]
-    pub view_cell: ViewCell,
+    pub view_space: ViewSpace,
     /// Pixels along each side of the camera, as in the manifest; from 1 to 16384.
     #[schemars(range(min = 1, max = 16384))]
     pub resolution: u32,
@@ -164,7 +162,7 @@ pub enum CertificateState {
 /// #     version: VERSION,
 /// #     generator: Generator { name: "example".into(), version: "1.0".into() },
 /// #     technique: Technique::Layered { bytes_per_quad: 104.0, page_size: 4096, foliage: Foliage::Any },
-/// #     options: Options { resolution: 512, fov_degrees: 45.0, view_cell: cell, exclude: vec![] },
+/// #     options: Options { resolution: 512, fov_degrees: 45.0, view_space: ViewSpace::Before { view_cell: cell }, exclude: vec![] },
 /// #     scene: SceneSource::BuiltIn { name: "house".into(), size: 1, seed: 0 },
 /// #     promise: Promise::default(),
 /// #     statistics: Statistics::default(),
@@ -183,7 +181,7 @@ pub enum CertificateState {
 ///     generator: Generator { name: "example".into(), version: "1.0".into() },
 ///     bundle_sha256: manifest.sha256.clone(),
 ///     scene: manifest.scene.clone(),
-///     view_cell: manifest.options.view_cell,
+///     view_space: manifest.options.view_space.clone(),
 ///     resolution: manifest.options.resolution,
 ///     fov_degrees: manifest.options.fov_degrees,
 ///     viewpoints: 256,
@@ -323,7 +321,7 @@ fn differing(certificate: &Certificate, manifest: &Manifest) -> Option<&'static 
     [
         ("bake", certificate.bundle_sha256 == manifest.sha256),
         ("scene", certificate.scene == manifest.scene),
-        ("view cell", certificate.view_cell == options.view_cell),
+        ("view cell", certificate.view_space == options.view_space),
         ("resolution", certificate.resolution == options.resolution),
         (
             "field of view",
@@ -443,10 +441,10 @@ mod tests {
                 };
             }),
             ("view cell", |c| {
-                c.view_cell = ViewCell::Box {
-                    center: glam::DVec3::Z * 5.0,
-                    size: glam::DVec3::new(1.0, 1.0, 1.0 + f64::EPSILON),
+                let ViewSpace::Amid { distance, .. } = &mut c.view_space else {
+                    unreachable!("the sample is amid the scene");
                 };
+                *distance *= 1.0 + f64::EPSILON;
             }),
             ("resolution", |c| c.resolution += 1),
             ("field of view", |c| c.fov_degrees += 1e-14),
@@ -597,7 +595,7 @@ mod tests {
             "",
             "/generator",
             "/scene",
-            "/view_cell",
+            "/view_space",
             "/worst",
             "/proved/0",
             "/beyond",

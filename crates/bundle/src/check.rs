@@ -6,6 +6,7 @@ use crate::manifest::{
     Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest, SceneSource,
     Technique, VERSION,
 };
+use crate::view_space::ViewSpace;
 use farfield_views::{Pose, ViewCell};
 use glam::{DMat3, DVec3};
 use std::collections::BTreeSet;
@@ -34,7 +35,7 @@ impl Manifest {
         not_negative(bytes_per_quad, "technique.bytes_per_quad")?;
         let options = &self.options;
         check_camera(options.resolution, options.fov_degrees, "options.")?;
-        check_view_cell(&options.view_cell, "options.view_cell")?;
+        check_view_space(&options.view_space, "options.view_space")?;
         check_source(&self.scene)?;
         for (name, figure) in [
             ("parallax_px", self.promise.parallax_px),
@@ -50,7 +51,8 @@ impl Manifest {
     }
 
     fn check_impostors(&self) -> Checked {
-        let mut names = BTreeSet::new();
+        let (mut names, mut sides) = (BTreeSet::new(), BTreeSet::new());
+        let has_sides = self.options.view_space.has_sides();
         for (i, impostor) in self.impostors.iter().enumerate() {
             let place = format!("impostors[{i}]");
             not_empty(&impostor.name, format_args!("{place}.name"))?;
@@ -59,9 +61,21 @@ impl Manifest {
                 format_args!("{place}.name"),
                 || format!("{:?} is the name of an earlier impostor too", impostor.name),
             )?;
+            let is_for_a_side = impostor.side.is_some_and(|side| sides.insert(side));
+            require(
+                is_for_a_side == has_sides,
+                format_args!("{place}.side"),
+                || match (impostor.side, has_sides) {
+                    (Some(side), true) => format!("is {side}, that of an earlier impostor too"),
+                    (Some(side), false) => format!("is {side}, but views are from before only"),
+                    (None, _) => "is missing".into(),
+                },
+            )?;
             check_impostor(impostor, &place)?;
         }
-        Ok(())
+        require(has_sides || self.impostors.len() <= 1, "impostors", || {
+            "are several, but views are from before only".into()
+        })
     }
 
     fn check_totals(&self) -> Checked {
@@ -149,7 +163,7 @@ impl Certificate {
         not_empty(&self.generator.name, "generator.name")?;
         check_sha256(&self.bundle_sha256, "bundle_sha256")?;
         check_source(&self.scene)?;
-        check_view_cell(&self.view_cell, "view_cell")?;
+        check_view_space(&self.view_space, "view_space")?;
         check_camera(self.resolution, self.fov_degrees, "")?;
         require(self.viewpoints > 0, "viewpoints", || "are none".into())?;
         let worst = &self.worst;
@@ -219,7 +233,40 @@ fn check_camera(resolution: u32, fov: f64, place: &str) -> Checked {
     )
 }
 
+fn check_view_space(space: &ViewSpace, place: &str) -> Checked {
+    match space {
+        ViewSpace::Before { view_cell } => check_view_cell(view_cell, place),
+        ViewSpace::Amid {
+            view_cell,
+            distance,
+            objects,
+        } => {
+            check_view_cell(view_cell, place)?;
+            require(
+                matches!(view_cell, ViewCell::Box { .. }),
+                format_args!("{place}.view_cell"),
+                || "is no box, which a cell amid the scene is".into(),
+            )?;
+            not_negative(*distance, format_args!("{place}.distance"))?;
+            require(!objects.is_empty(), format_args!("{place}.objects"), || {
+                "are none".into()
+            })
+        }
+        ViewSpace::Around { center, near, far } => {
+            require(center.is_finite(), format_args!("{place}.center"), || {
+                format!("is {center}")
+            })?;
+            require(
+                *near > 0.0 && near <= far && far.is_finite(),
+                format_args!("{place}.near"),
+                || format!("is {near}, not between 0 and {far}"),
+            )
+        }
+    }
+}
+
 fn check_view_cell(cell: &ViewCell, place: &str) -> Checked {
+    let place = &format!("{place}.view_cell");
     match *cell {
         ViewCell::Box { center, size } => {
             finite(center, format_args!("{place}.center"))?;
@@ -429,7 +476,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 41] = [
+        let damages: [(&str, Damage); 48] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -459,33 +506,70 @@ mod tests {
             ("options.fov_degrees", |m| {
                 m.options.fov_degrees = 5e-324;
             }),
-            ("options.view_cell.center", |m| {
-                m.options.view_cell = ViewCell::Box {
-                    center: DVec3::INFINITY,
-                    size: DVec3::ONE,
+            ("options.view_space.view_cell.center", |m| {
+                m.options.view_space = ViewSpace::Before {
+                    view_cell: ViewCell::Box {
+                        center: DVec3::INFINITY,
+                        size: DVec3::ONE,
+                    },
                 };
             }),
-            ("options.view_cell.size", |m| {
-                m.options.view_cell = ViewCell::Box {
-                    center: DVec3::ONE,
-                    size: DVec3::new(1.0, -1.0, 1.0),
+            ("options.view_space.view_cell.size", |m| {
+                m.options.view_space = ViewSpace::Before {
+                    view_cell: ViewCell::Box {
+                        center: DVec3::ONE,
+                        size: DVec3::new(1.0, -1.0, 1.0),
+                    },
                 };
             }),
-            ("options.view_cell.axis", |m| {
+            ("options.view_space.view_cell.axis", |m| {
                 shaft(m, DVec3::ZERO, 0.1, 1.0, 2.0);
             }),
-            ("options.view_cell.half_angle", |m| {
+            ("options.view_space.view_cell.half_angle", |m| {
                 shaft(m, DVec3::X, 1.6, 1.0, 2.0);
             }),
-            ("options.view_cell.near", |m| {
+            ("options.view_space.view_cell.near", |m| {
                 shaft(m, DVec3::X, 0.1, 2.0, 1.0);
             }),
-            ("options.view_cell.near", |m| {
+            ("options.view_space.view_cell.near", |m| {
                 shaft(m, DVec3::X, 0.1, 0.0, 1.0);
             }),
-            ("options.view_cell.near", |m| {
+            ("options.view_space.view_cell.near", |m| {
                 shaft(m, DVec3::X, 0.1, 1.0, f64::NAN);
             }),
+            ("options.view_space.view_cell", |m| {
+                shaft(m, DVec3::X, 0.1, 1.0, 2.0);
+                let ViewSpace::Before { view_cell } = m.options.view_space else {
+                    unreachable!("a shaft is before the scene");
+                };
+                m.options.view_space = ViewSpace::Amid {
+                    view_cell,
+                    distance: 1.0,
+                    objects: vec!["house".into()],
+                };
+            }),
+            ("options.view_space.distance", |m| {
+                amid(m, f64::NAN, vec!["house".into()]);
+            }),
+            ("options.view_space.objects", |m| amid(m, 1.0, vec![])),
+            ("options.view_space.near", |m| {
+                m.options.view_space = ViewSpace::Around {
+                    center: DVec3::ZERO,
+                    near: 2.0,
+                    far: 1.0,
+                };
+            }),
+            ("options.view_space.center", |m| {
+                m.options.view_space = ViewSpace::Around {
+                    center: DVec3::NAN,
+                    near: 1.0,
+                    far: 2.0,
+                };
+            }),
+            ("impostors[1].side", |m| {
+                m.impostors[1].side = m.impostors[0].side;
+            }),
+            ("impostors[0].side", |m| m.impostors[0].side = None),
             ("scene.name", |m| {
                 m.scene = SceneSource::BuiltIn {
                     name: String::new(),
@@ -509,7 +593,7 @@ mod tests {
                 m.promise.colour_bias = Some(-0.004);
             }),
             ("impostors[1].name", |m| {
-                m.impostors[1].name = "front".into();
+                m.impostors[1].name = m.impostors[0].name.clone();
             }),
             ("impostors[0].represented", |m| {
                 m.impostors[0].represented.swap(0, 1);
@@ -587,10 +671,12 @@ mod tests {
                     seed: 1,
                 };
             }),
-            ("view_cell.size", |c| {
-                c.view_cell = ViewCell::Box {
-                    center: DVec3::ONE,
-                    size: DVec3::NAN,
+            ("view_space.view_cell.size", |c| {
+                c.view_space = ViewSpace::Before {
+                    view_cell: ViewCell::Box {
+                        center: DVec3::ONE,
+                        size: DVec3::NAN,
+                    },
                 };
             }),
             ("resolution", |c| c.resolution = 0),
@@ -628,13 +714,24 @@ mod tests {
     }
 
     fn shaft(manifest: &mut Manifest, axis: DVec3, half_angle: f64, near: f64, far: f64) {
-        manifest.options.view_cell = ViewCell::Shaft {
+        let view_cell = ViewCell::Shaft {
             apex: DVec3::ZERO,
             axis,
             half_angle,
             near,
             far,
         };
+        manifest.options.view_space = ViewSpace::Before { view_cell };
+    }
+
+    fn amid(manifest: &mut Manifest, new_distance: f64, new_objects: Vec<String>) {
+        let ViewSpace::Amid {
+            distance, objects, ..
+        } = &mut manifest.options.view_space
+        else {
+            unreachable!("the sample is amid the scene");
+        };
+        (*distance, *objects) = (new_distance, new_objects);
     }
 
     fn file(manifest: &mut Manifest, path: &str, sha256: &str) {

@@ -7,7 +7,7 @@ use crate::manifest::{
     Body, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest, Options,
     Promise, SceneSource, Statistics, Technique, VERSION,
 };
-use crate::{Cost, FileRecord, GLTF_FILE, NewFile, sha256_hex};
+use crate::{Cost, FileRecord, GLTF_FILE, NewFile, Side, ViewSpace, sha256_hex};
 use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
 use farfield_views::{Extent, Pose, ViewCell};
 use glam::{DAffine3, DMat3, DQuat, DVec2, DVec3, Vec2, Vec3, Vec4};
@@ -127,11 +127,34 @@ fn impostors() -> impl Strategy<Value = Vec<Impostor>> {
         numbered
             .map(|(i, (name, a, b, body))| Impostor {
                 name: format!("{name}{i}"),
+                side: Some(Side::ALL[i]),
                 represented: [a.min(b), a.max(b)],
                 body: Body::Layered(body),
             })
             .collect()
     })
+}
+
+fn view_spaces() -> impl Strategy<Value = ViewSpace> {
+    let boxes = (points(), lengths()).prop_map(|(center, side)| ViewCell::Box {
+        center,
+        size: DVec3::splat(side),
+    });
+    prop_oneof![
+        cells().prop_map(|view_cell| ViewSpace::Before { view_cell }),
+        (boxes, lengths(), vec(texts(), 1..3)).prop_map(|(view_cell, distance, objects)| {
+            ViewSpace::Amid {
+                view_cell,
+                distance,
+                objects,
+            }
+        }),
+        (points(), lengths(), lengths()).prop_map(|(center, near, depth)| ViewSpace::Around {
+            center,
+            near,
+            far: near + depth,
+        }),
+    ]
 }
 
 fn costs() -> impl Strategy<Value = Cost> {
@@ -180,9 +203,18 @@ fn promises() -> impl Strategy<Value = Promise> {
 pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
     let foliage = prop_oneof![Just(Foliage::Any), Just(Foliage::Centre)];
     let technique = (lengths(), any::<u32>(), foliage);
-    let options = (1..=16384u32, 1e-3..179.9f64, cells(), vec(texts(), 0..3));
+    let options = (
+        1..=16384u32,
+        1e-3..179.9f64,
+        view_spaces(),
+        vec(texts(), 0..3),
+    );
     let rest = (sources(), promises(), costs(), costs(), vec(texts(), 0..3));
-    (technique, options, rest, impostors()).prop_map(|(technique, options, rest, impostors)| {
+    (technique, options, rest, impostors()).prop_map(|(technique, options, rest, mut impostors)| {
+        if !options.2.has_sides() {
+            impostors.truncate(1);
+            impostors.iter_mut().for_each(|one| one.side = None);
+        }
         let (scene, promise, before, after, warnings) = rest;
         let bodies = || {
             impostors.iter().map(
@@ -208,7 +240,7 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
             options: Options {
                 resolution: options.0,
                 fov_degrees: options.1,
-                view_cell: options.2,
+                view_space: options.2,
                 exclude: options.3,
             },
             scene,
@@ -396,8 +428,9 @@ pub(crate) fn sample() -> Manifest {
         quads: 7,
         texels_sha256: sha256_hex(b"texels"),
     };
-    let impostor = |name: &str, depths: &[f64]| Impostor {
-        name: name.into(),
+    let impostor = |side: Side, depths: &[f64]| Impostor {
+        name: format!("house {side}"),
+        side: Some(side),
         represented: [DVec3::splat(-1.0), DVec3::ONE],
         body: Body::Layered(LayeredBody {
             pose: Pose::looking_along(DVec3::Z * 5.0, DVec3::NEG_Z),
@@ -424,9 +457,13 @@ pub(crate) fn sample() -> Manifest {
         options: Options {
             resolution: 512,
             fov_degrees: 45.0,
-            view_cell: ViewCell::Box {
-                center: DVec3::Z * 5.0,
-                size: DVec3::ONE,
+            view_space: ViewSpace::Amid {
+                view_cell: ViewCell::Box {
+                    center: DVec3::Z * 5.0,
+                    size: DVec3::ONE,
+                },
+                distance: 2.0,
+                objects: vec!["house".into()],
             },
             exclude: vec!["tree".into()],
         },
@@ -448,7 +485,10 @@ pub(crate) fn sample() -> Manifest {
             ..Statistics::default()
         },
         warnings: vec![],
-        impostors: vec![impostor("front", &[4.5, 5.5]), impostor("back", &[20.0])],
+        impostors: vec![
+            impostor(Side::Front, &[4.5, 5.5]),
+            impostor(Side::Back, &[20.0]),
+        ],
         files: vec![FileRecord {
             path: GLTF_FILE.into(),
             bytes: 1,
@@ -466,7 +506,7 @@ pub(crate) fn sample_certificate(manifest: &Manifest) -> Certificate {
         generator: manifest.generator.clone(),
         bundle_sha256: manifest.sha256.clone(),
         scene: manifest.scene.clone(),
-        view_cell: manifest.options.view_cell,
+        view_space: manifest.options.view_space.clone(),
         resolution: manifest.options.resolution,
         fov_degrees: manifest.options.fov_degrees,
         viewpoints: 256,

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod manifest;
+mod view_space;
 
 mod certificate;
 mod check;
@@ -32,4 +33,5 @@ pub use manifest::{
 };
 pub use page::encode_png;
 pub use read::read;
+pub use view_space::{Side, ViewSpace};
 pub use write::{NewFile, require_replaceable, write};

@@ -1,5 +1,6 @@
 //! What stands in `bundle.json`.
 
+use crate::view_space::{Side, ViewSpace};
 use farfield_views::{Extent, Pose, ViewCell};
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
@@ -42,13 +43,13 @@ pub struct Manifest {
     pub options: Options,
     /// What was baked.
     pub scene: SceneSource,
-    /// What the bundle keeps to, seen from anywhere in the view cell.
+    /// What the bundle keeps to, seen from anywhere in the view space.
     pub promise: Promise,
     /// What was saved.
     pub statistics: Statistics,
     /// What happened during the bake and should be known, a sentence each.
     pub warnings: Vec<String>,
-    /// The impostors; together they replace the scene, less what was excluded.
+    /// The impostors; together they replace the scene, less what was excluded, or what of it is far.
     pub impostors: Vec<Impostor>,
     /// All files of the bundle but the manifest and what verifying adds, ordered by path. Filled
     /// in when the bundle is written.
@@ -112,10 +113,8 @@ pub struct Options {
     pub resolution: u32,
     /// Full angle that camera sees, in degrees, between 0 and 180.
     pub fov_degrees: f64,
-    /// Where that camera may be.
-    #[serde(with = "ViewCellRecord")]
-    #[schemars(with = "ViewCellRecord")]
-    pub view_cell: ViewCell,
+    /// Where that camera may be, and what it sees from there.
+    pub view_space: ViewSpace,
     /// Names of objects that were left out.
     pub exclude: Vec<String>,
 }
@@ -144,7 +143,7 @@ pub enum SceneSource {
     },
 }
 
-/// What a bundle keeps to, for the camera of the options, from anywhere in its view cell.
+/// What a bundle keeps to, for the camera of the options, from anywhere in its view space.
 ///
 /// A figure is the most that may be measured; where there is none, nothing is promised.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -214,6 +213,10 @@ pub struct Cost {
 pub struct Impostor {
     /// Also the name of its node in `impostors.glb`; unique.
     pub name: String,
+    /// The side of the view space it is for: where it is seen amid the scene, where the camera is in
+    /// views from all around. Distinct; absent where there is but one impostor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side: Option<Side>,
     /// Least and greatest coordinates in the world of what it replaces, in metres.
     #[schemars(with = "[[f64; 3]; 2]")]
     pub represented: [DVec3; 2],
@@ -405,7 +408,8 @@ mod tests {
             "",
             "/technique",
             "/options",
-            "/options/view_cell",
+            "/options/view_space",
+            "/options/view_space/view_cell",
             "/scene",
             "/promise",
             "/statistics/after",

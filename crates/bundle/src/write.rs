@@ -40,7 +40,7 @@ pub struct NewFile {
 ///     version: VERSION,
 ///     generator: Generator { name: "example".into(), version: "1.0".into() },
 ///     technique: Technique::Layered { bytes_per_quad: 104.0, page_size: 4096, foliage: Foliage::Any },
-///     options: Options { resolution: 512, fov_degrees: 45.0, view_cell: cell, exclude: vec![] },
+///     options: Options { resolution: 512, fov_degrees: 45.0, view_space: ViewSpace::Before { view_cell: cell }, exclude: vec![] },
 ///     scene: SceneSource::BuiltIn { name: "house".into(), size: 1, seed: 0 },
 ///     promise: Promise { gap_pixels: Some(0), parallax_px: Some(1.0), ..Promise::default() },
 ///     statistics: Statistics::default(),

@@ -20,7 +20,8 @@ mod testing;
 pub use depth_range::{border_between, depth_range_behind};
 pub use guarantee::{Guarantee, InconsistentStack, guarantee};
 pub use plan::{
-    Aim, PlanError, PromisedCamera, ReferenceView, plan, reference_view, reference_view_of_hull,
+    Aim, PlanError, PromisedCamera, ReferenceView, box_corners, plan, reference_view,
+    reference_view_of_hull,
 };
 pub use spacing::{displacement, next_layer};
 pub use stack::{

@@ -345,7 +345,8 @@ fn box_around(hull: &[DVec3; 8]) -> [DVec3; 2] {
     ]
 }
 
-fn box_corners([from, to]: [DVec3; 2]) -> [DVec3; 8] {
+/// The corners of a box, given by its least and greatest.
+pub fn box_corners([from, to]: [DVec3; 2]) -> [DVec3; 8] {
     std::array::from_fn(|i| {
         let side = |bit: usize| {
             if i >> bit & 1 == 0 {

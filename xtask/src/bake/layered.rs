@@ -2,14 +2,15 @@
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
 use crate::console::Console;
-use crate::view_cell;
+use crate::view_cell::{self, represented_box};
 use anyhow::{Result, bail};
 use farfield_atlas::pack;
-use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody};
+use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody, Side};
 use farfield_culling::Culler;
 use farfield_grid::{Grid, Rect};
 use farfield_layers::{
-    Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view, smallest_texel, stack,
+    Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view_of_hull, smallest_texel,
+    stack,
 };
 use farfield_pages::{ALPHA_CUTOFF, GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
 use farfield_quads::{Price, cover};
@@ -27,8 +28,8 @@ use std::ops::Range;
 pub struct Settings {
     /// Where the viewer may be.
     pub cell: ViewCell,
-    /// The box around all that is represented.
-    pub represented: [DVec3; 2],
+    /// Corners of a convex body around all that is represented.
+    pub hull: [DVec3; 8],
     /// The viewer's camera.
     pub camera: PromisedCamera,
     /// What a quad is worth, in bytes.
@@ -57,20 +58,20 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
     }
 }
 
-/// Bakes one layered impostor of a whole scene.
+/// Bakes one layered impostor of a scene, which may be a part of the one that the textures are of.
 pub(super) fn bake(
     name: &str,
+    side: Option<Side>,
     scene: &Scene,
+    textures: &Textures<'_>,
     settings: &Settings,
     console: &Console,
 ) -> Result<Baked> {
     let stack = console.stage("place", || place(scene, settings))?;
     let (width, height) = (stack.width, stack.height);
     let camera = recording_camera(&stack);
-    let textures = console.stage("prepare textures", || Textures::new(scene));
-
     let recording = console.stage("record", || {
-        record_layers(scene, &textures, &stack, &settings.cell, settings.foliage)
+        record_layers(scene, textures, &stack, &settings.cell, settings.foliage)
     });
     let visible = console.stage("cull", || cull(&recording, width, height));
     if visible.samples.is_empty() {
@@ -92,12 +93,13 @@ pub(super) fn bake(
     let (pages, patches) = console.stage("pack", || arrange(&rects, settings.page_size))?;
     let pages = console.stage("paint", || {
         let light = Lighting::default();
-        let colors = sample_colors(scene, &textures, &camera, &visible.samples, &light);
+        let colors = sample_colors(scene, textures, &camera, &visible.samples, &light);
         paint_pages(&visible, &colors, [width, height], &patches, &pages)
     });
 
     let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
-    let [min, max] = settings.represented;
+    let represented = represented_box(scene)?;
+    let [min, max] = represented;
     let mut display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
     for material in &mut display.materials {
         let cutoff = shown_from(settings.foliage);
@@ -114,7 +116,8 @@ pub(super) fn bake(
     };
     let impostor = Impostor {
         name: name.into(),
-        represented: settings.represented,
+        side,
+        represented,
         body: Body::Layered(body),
     };
     let corners = corners_in_view(&stack.pose, &settings.cell);
@@ -125,7 +128,7 @@ pub(super) fn bake(
     })
 }
 
-/// Where the layers go: reference viewpoint and texel size follow from the represented box,
+/// Where the layers go: reference viewpoint and texel size follow from the represented hull,
 /// extent and depths from the vertices.
 ///
 /// # Errors
@@ -137,12 +140,9 @@ pub(super) fn bake(
 /// When the scene draws nothing.
 pub fn place(scene: &Scene, settings: &Settings) -> Result<LayerStack> {
     let Settings {
-        cell,
-        represented,
-        camera,
-        ..
+        cell, hull, camera, ..
     } = settings;
-    let view = reference_view(cell, *represented, camera)
+    let view = reference_view_of_hull(cell, hull, camera)
         .map_err(|error| view_cell::explain(error, cell, scene))?;
     let (extent, [near, far]) =
         seen_bounds(scene, &view.pose).expect("a scene with a represented box has triangles");

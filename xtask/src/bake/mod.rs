@@ -3,16 +3,19 @@
 pub mod layered;
 
 use crate::console::{Console, peak_rss_bytes};
+use crate::parts::{self, Part};
 use crate::source::{self, SceneChoice};
-use crate::view_cell::{self, SMALLEST_TEXEL, ViewCellSpec};
-use anyhow::{Context, Result};
+use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
+use crate::view_space;
+use anyhow::{Context, Result, anyhow};
 use farfield_bundle::{
-    Body, Cost, FORMAT, GLTF_FILE, Manifest, NewFile, Options, Promise, Statistics, Technique,
-    VERSION, encode_png, glb_from_scene,
+    Body, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise, Statistics,
+    Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
 };
-use farfield_layers::PromisedCamera;
-use farfield_sampling::Foliage;
+use farfield_layers::{Aim, PromisedCamera};
+use farfield_sampling::{Foliage, Textures};
 use farfield_scene::{AlphaMode, Scene};
+use layered::Baked;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -20,13 +23,29 @@ use std::time::Instant;
 /// The technique, as it stands in the names of folders.
 const TECHNIQUE: &str = "layered";
 
+/// How viewers and what they see lie to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Arrangement {
+    /// The viewers are before the scene: one impostor.
+    Before,
+    /// The viewers are amid the scene: what lies at this distance from the view cell or beyond, in
+    /// metres, in up to six impostors round it.
+    Far(f64),
+    /// The viewers are anywhere around the scene, at least this far from its centre, in metres; where
+    /// it is not given, eight times the diagonal of the scene's box: up to six impostors of all.
+    Around(Option<f64>),
+}
+
 /// What to bake, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakeOptions {
     /// What.
     pub scene: SceneChoice,
-    /// Where the viewer may be; by default before the scene.
+    /// Where the viewer may be; by default before the scene. Amid a scene a box must be given, around
+    /// it none may.
     pub view_cell: Option<ViewCellSpec>,
+    /// From where the scene is seen.
+    pub arrangement: Arrangement,
     /// Pixels along each side of the viewer's picture.
     pub resolution: u32,
     /// The viewer's field of view, in degrees.
@@ -102,18 +121,42 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         .unwrap_or_else(|| format!("target/farfield/{name}-{TECHNIQUE}").into());
     farfield_bundle::require_replaceable(&dir)?;
 
-    let loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let mut loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let in_scene = || options.scene.to_string();
+    let lens = PromisedCamera {
+        aim: Aim::Center,
+        fov: options.fov_degrees.to_radians(),
+        resolution: options.resolution,
+    };
+    let space = view_space::resolve(options, &mut loaded.scene, &lens).with_context(in_scene)?;
     let scene = &loaded.scene;
-    let settings = settings(options, scene).with_context(|| options.scene.to_string())?;
     console.say(format_args!(
-        "  view cell {}",
-        view_cell::describe(&settings.cell)
+        "  view space {}",
+        view_space::describe(&space)
     ));
-    let baked = layered::bake(&name, scene, &settings, console)
-        .with_context(|| options.scene.to_string())?;
-    let files = console.stage("encode", || encode(&baked.display))?;
+    let parts = parts::parts(scene, &space, &lens).with_context(in_scene)?;
+    let textures = console.stage("prepare textures", || Textures::new(scene));
+    let mut baked = Vec::new();
+    for part in &parts {
+        let name = match part.side {
+            Some(side) => format!("{name} {side}"),
+            None => name.clone(),
+        };
+        if part.side.is_some() {
+            console.say(format_args!("  impostor {name}"));
+        }
+        let settings = settings(options, part);
+        let one = layered::bake(&name, part.side, &part.scene, &textures, &settings, console);
+        baked.push(one.with_context(in_scene)?);
+    }
+    if baked.is_empty() {
+        let error = anyhow!("no triangle can be seen: all are single-sided and face away");
+        return Err(error.context(options.scene.to_string()));
+    }
+    let display = joined(&baked);
+    let files = console.stage("encode", || encode(&display))?;
 
-    let too_small = texels_too_small(baked.smallest_texel);
+    let too_small = texels_too_small(&baked);
     let blended = blended_as_masked(scene);
     let foliage = match options.foliage {
         Foliage::Any => farfield_bundle::Foliage::Any,
@@ -126,7 +169,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         .chain(too_small.clone())
         .collect();
     warnings.iter().for_each(|warning| console.warn(warning));
-    let statistics = statistics(scene, &baked);
+    let impostors: Vec<Impostor> = baked.into_iter().map(|one| one.impostor).collect();
+    let statistics = statistics(scene, &display, &impostors);
     let manifest = Manifest {
         format: FORMAT.into(),
         version: VERSION,
@@ -139,25 +183,28 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         options: Options {
             resolution: options.resolution,
             fov_degrees: options.fov_degrees,
-            view_cell: settings.cell,
+            view_space: space.clone(),
             exclude: options.exclude.clone(),
         },
         scene: source::record(&options.scene, &loaded.sha256, &dir)?,
-        promise: promise(scene, foliage, too_small),
+        promise: promise(scene, &space, foliage, too_small),
         statistics: statistics.clone(),
         warnings,
-        impostors: vec![baked.impostor],
+        impostors,
         files: Vec::new(),
         sha256: String::new(),
     };
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
 
     summarise(&statistics, &dir, console);
-    let impostors = vec![ImpostorReport {
-        name,
-        layers: statistics.layers,
-        quads: statistics.quads,
-    }];
+    let impostors = manifest.impostors.iter().map(|one| {
+        let Body::Layered(body) = &one.body;
+        ImpostorReport {
+            name: one.name.clone(),
+            layers: body.layers.len() as u64,
+            quads: body.layers.iter().map(|layer| u64::from(layer.quads)).sum(),
+        }
+    });
     Ok(BakeReport {
         bundle: dir,
         technique: manifest.technique.name(),
@@ -172,13 +219,18 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         texels_recorded: statistics.texels_recorded,
         texels_kept: statistics.texels_kept,
         peak_rss_bytes: peak_rss_bytes(),
-        impostors,
+        impostors: impostors.collect(),
     })
 }
 
 /// The promise is for cameras that look at the centre of what is represented.
 const OFF_AXIS: &str = "A camera that looks elsewhere magnifies texels by at most \
     1 / cos\u{b2} of the angle between its axis and the direction to them.";
+
+/// The promise is for cameras that look anywhere.
+const ANYWHERE: &str = "Texels are not magnified where the camera looks straight at them; beside its \
+    axis they are by up to 1 / cos\u{b2} of the angle. Seams between impostors lie where what is seen \
+    is as far along one axis of the world as along another.";
 
 /// Masked materials are recorded so that no gap opens, which makes leaves larger by up to a texel.
 const MASKED: &str = "Masked surfaces reach up to a texel over their outlines, so among leaves \
@@ -196,6 +248,7 @@ const BY_CENTRES: &str = "Masked surfaces are recorded by the centres of texels:
 /// What is promised of a scene's impostor, with its limits.
 pub(crate) fn promise(
     scene: &Scene,
+    space: &ViewSpace,
     foliage: farfield_bundle::Foliage,
     too_small: Option<String>,
 ) -> Promise {
@@ -206,7 +259,11 @@ pub(crate) fn promise(
         (true, false) => Some(MASKED),
         (false, false) => None,
     };
-    let notes = [Some(OFF_AXIS), note, too_small.as_deref()];
+    let aim = match space {
+        ViewSpace::Amid { .. } => ANYWHERE,
+        ViewSpace::Before { .. } | ViewSpace::Around { .. } => OFF_AXIS,
+    };
+    let notes = [Some(aim), note, too_small.as_deref()];
     Promise {
         gap_pixels: (!by_centres).then_some(0),
         parallax_px: (!by_centres).then_some(1.0),
@@ -223,38 +280,55 @@ fn has_masks(scene: &Scene) -> bool {
     scene.triangle_materials.iter().any(masks)
 }
 
-/// What the impostor is made for.
-fn settings(options: &BakeOptions, scene: &Scene) -> Result<layered::Settings> {
-    let represented = view_cell::represented_box(scene)?;
-    let camera = PromisedCamera {
-        aim: farfield_layers::Aim::Center,
-        fov: options.fov_degrees.to_radians(),
-        resolution: options.resolution,
-    };
-    Ok(layered::Settings {
-        cell: view_cell::resolve(options.view_cell.as_ref(), represented, &camera)?,
-        represented,
-        camera,
+/// What the impostor of a part is made for.
+fn settings(options: &BakeOptions, part: &Part<'_>) -> layered::Settings {
+    layered::Settings {
+        cell: part.cell,
+        hull: part.hull,
+        camera: PromisedCamera {
+            aim: part.aim,
+            fov: options.fov_degrees.to_radians(),
+            resolution: options.resolution,
+        },
         bytes_per_quad: options.bytes_per_quad,
         page_size: options.page_size,
         foliage: options.foliage,
-    })
+    }
 }
 
-fn statistics(scene: &Scene, baked: &layered::Baked) -> Statistics {
-    let Body::Layered(body) = &baked.impostor.body;
+/// All impostors in one scene, their pages numbered through.
+fn joined(baked: &[Baked]) -> Scene {
+    let mut all = Scene::default();
+    baked.iter().for_each(|one| all.append(&one.display));
+    for (i, (image, material)) in all.images.iter_mut().zip(&mut all.materials).enumerate() {
+        image.name = format!("{i:03}");
+        material.name = format!("page {i}");
+    }
+    all
+}
+
+fn statistics(scene: &Scene, display: &Scene, impostors: &[Impostor]) -> Statistics {
+    let bodies = || {
+        impostors.iter().map(|one| {
+            let Body::Layered(body) = &one.body;
+            body
+        })
+    };
+    let layers = || bodies().flat_map(|body| &body.layers);
     Statistics {
         before: farfield_bundle::cost(scene),
-        after: farfield_bundle::cost(&baked.display),
-        layers: body.layers.len() as u64,
-        quads: body.layers.iter().map(|layer| u64::from(layer.quads)).sum(),
-        texels_recorded: body.texels_recorded,
-        texels_kept: body.texels_kept,
+        after: farfield_bundle::cost(display),
+        layers: layers().count() as u64,
+        quads: layers().map(|layer| u64::from(layer.quads)).sum(),
+        texels_recorded: bodies().map(|body| body.texels_recorded).sum(),
+        texels_kept: bodies().map(|body| body.texels_kept).sum(),
     }
 }
 
 /// Far ends of cells where renderers that round vertices may show pinholes.
-fn texels_too_small(smallest_texel: f64) -> Option<String> {
+fn texels_too_small(baked: &[Baked]) -> Option<String> {
+    let smallest = baked.iter().map(|one| one.smallest_texel);
+    let smallest_texel = smallest.fold(f64::INFINITY, f64::min);
     (smallest_texel < SMALLEST_TEXEL).then(|| {
         format!(
             "seen from the far end of the view cell a texel is {smallest_texel:.3} pixels; below \

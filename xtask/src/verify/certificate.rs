@@ -14,7 +14,7 @@ pub(super) fn certificate(manifest: &Manifest, report: &VerifyReport) -> Certifi
         generator: crate::generator(),
         bundle_sha256: manifest.sha256.clone(),
         scene: manifest.scene.clone(),
-        view_cell: options.view_cell,
+        view_space: options.view_space.clone(),
         resolution: options.resolution,
         fov_degrees: options.fov_degrees,
         viewpoints: report.views,

@@ -1,18 +1,21 @@
 //! What verify says, for people: one page that needs nothing else.
 
+use super::construction::Construction;
 use super::report::{Summary, VerifyReport};
 use super::subject::Subject;
 use super::totals::{Dot, Totals};
 use super::view::ViewFigures;
 use super::worst::ViewPictures;
 use crate::pictures::{contact_sheet, png};
-use crate::view_cell;
+use crate::view_space;
 use anyhow::{Context, Result};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use farfield_bundle::{Beyond, Manifest, SceneSource};
+use farfield_bundle::{Beyond, Manifest, SceneSource, ViewSpace};
 use farfield_grid::Grid;
 use farfield_pages::{Patch, compose_layer};
+use farfield_scene::Scene;
+use farfield_views::Pose;
 use glam::{DVec2, DVec3};
 use minijinja::Environment;
 use minijinja::value::Serde;
@@ -35,7 +38,7 @@ struct Page<'a> {
     coverage: Vec<CoverageRow>,
     beyond: Option<BeyondWords>,
     notes: &'a [String],
-    sheet: Option<String>,
+    sheets: Vec<Sheet<'a>>,
     pages: Vec<AtlasPage>,
     facts: Vec<Fact>,
 }
@@ -75,8 +78,7 @@ struct Plot {
     title: String,
     width: f64,
     height: f64,
-    #[serde(rename = "box")]
-    represented: PlotBox,
+    boxes: Vec<PlotBox>,
     dots: Vec<PlotDot>,
 }
 
@@ -119,6 +121,12 @@ struct BeyondWords {
 }
 
 #[derive(Serialize)]
+struct Sheet<'a> {
+    name: &'a str,
+    picture: String,
+}
+
+#[derive(Serialize)]
 struct AtlasPage {
     name: String,
     size: String,
@@ -137,8 +145,11 @@ pub(super) struct Sources<'a> {
     /// What verifies the bundle again.
     pub(super) command: String,
     pub(super) manifest: &'a Manifest,
-    pub(super) subject: &'a Subject<'a>,
-    pub(super) patches: &'a [Patch],
+    pub(super) subjects: &'a [Subject<'a>],
+    /// Of each of them.
+    pub(super) constructions: &'a [Construction],
+    /// All impostors.
+    pub(super) display: &'a Scene,
     pub(super) totals: &'a Totals,
     pub(super) report: &'a VerifyReport,
     pub(super) promised: Vec<PromisedRow>,
@@ -147,15 +158,12 @@ pub(super) struct Sources<'a> {
 
 /// The page, a whole HTML document with all its pictures.
 pub(super) fn page(sources: Sources<'_>) -> Result<String> {
-    // Layers so large are none that a bake made.
-    let stack = &sources.subject.stack;
-    let texels = u64::from(stack.width) * u64::from(stack.height);
-    let has_sheet = !sources.patches.is_empty() && texels <= 1 << 28;
     let Sources {
         manifest, report, ..
     } = sources;
     let statistics = &manifest.statistics;
     let name = manifest.impostors.first().map_or("", |one| &one.name);
+    let made = sources.subjects.iter().zip(sources.constructions);
     let page = Page {
         name,
         summary: summary(manifest),
@@ -185,7 +193,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
             .map(|(view, pictures)| worst_view(view, pictures, &sources.command))
             .collect(),
         plots: plots(
-            sources.subject,
+            sources.subjects,
             &sources.totals.dots,
             report.flip_mean.is_some(),
         ),
@@ -200,8 +208,10 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
             .collect(),
         beyond: report.beyond.map(beyond),
         notes: &manifest.promise.notes,
-        sheet: has_sheet.then(|| sheet(sources.subject, sources.patches)),
-        pages: atlas(sources.subject),
+        sheets: made
+            .filter_map(|(subject, construction)| sheet(subject, &construction.patches))
+            .collect(),
+        pages: atlas(sources.display),
         facts: facts(manifest, sources.dir),
     };
     let mut environment = Environment::new();
@@ -213,13 +223,23 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
 
 fn summary(manifest: &Manifest) -> String {
     let options = &manifest.options;
+    let (technique, space) = (manifest.technique.name(), &options.view_space);
+    let what = match manifest.impostors.len() {
+        1 => format!("A {technique} impostor"),
+        several => format!("{several} {technique} impostors"),
+    };
+    let aim = match space {
+        ViewSpace::Amid { .. } => "look anywhere",
+        ViewSpace::Before { .. } | ViewSpace::Around { .. } => {
+            "look at the centre of what is represented"
+        }
+    };
     format!(
-        "A {} impostor for cameras of {1} x {1} pixels and {2} degrees that look at the centre of \
-         what is represented, from anywhere in the view cell {3}.",
-        manifest.technique.name(),
+        "{what} for cameras of {0} x {0} pixels and {1} degrees that {aim}, from anywhere in the view \
+         {2}.",
         options.resolution,
         options.fov_degrees,
-        view_cell::describe(&options.view_cell)
+        view_space::describe(space)
     )
 }
 
@@ -248,7 +268,7 @@ fn cost(report: &VerifyReport) -> Vec<CostRow> {
 
 fn worst_view(view: &ViewFigures, pictures: &ViewPictures, command: &str) -> WorstView {
     let geometry = &view.geometry;
-    let [x, y, z] = view.eye.to_array();
+    let [x, y, z] = view.camera.pose.eye.to_array();
     WorstView {
         view: view.view,
         eye: format!("({x:.4}, {y:.4}, {z:.4})"),
@@ -270,7 +290,7 @@ fn worst_view(view: &ViewFigures, pictures: &ViewPictures, command: &str) -> Wor
 }
 
 /// The view cell from above and from the side, coloured by parallax and by colour errors.
-fn plots(subject: &Subject<'_>, dots: &[Dot], with_flip: bool) -> Vec<Plot> {
+fn plots(subjects: &[Subject<'_>], dots: &[Dot], with_flip: bool) -> Vec<Plot> {
     let most = |value: fn(&Dot) -> f64| dots.iter().map(value).fold(1e-9, f64::max);
     let parallax = |dot: &Dot| dot.parallax;
     let flip = |dot: &Dot| dot.flip;
@@ -280,14 +300,14 @@ fn plots(subject: &Subject<'_>, dots: &[Dot], with_flip: bool) -> Vec<Plot> {
     let unit = format!("greatest parallax, black 0 to yellow {scale:.3} pixels");
     let mut plots = vec![
         plot(
-            subject,
+            subjects,
             dots,
             above,
             |d| parallax(d) / scale,
             format!("From above: {unit}"),
         ),
         plot(
-            subject,
+            subjects,
             dots,
             side,
             |d| parallax(d) / scale,
@@ -298,7 +318,7 @@ fn plots(subject: &Subject<'_>, dots: &[Dot], with_flip: bool) -> Vec<Plot> {
         let scale = most(flip);
         let unit = format!("mean FLIP, black 0 to yellow {scale:.4}");
         plots.push(plot(
-            subject,
+            subjects,
             dots,
             above,
             |d| flip(d) / scale,
@@ -308,9 +328,10 @@ fn plots(subject: &Subject<'_>, dots: &[Dot], with_flip: bool) -> Vec<Plot> {
     plots
 }
 
-/// Viewpoints and represented box in view space of the reference viewpoint, made flat.
+/// Viewpoints and represented boxes, made flat: of one impostor in view space of the reference
+/// viewpoint, of several in the world as seen against +Z.
 fn plot(
-    subject: &Subject<'_>,
+    subjects: &[Subject<'_>],
     dots: &[Dot],
     flat: impl Fn(DVec3) -> DVec2,
     value: impl Fn(&Dot) -> f64,
@@ -319,21 +340,33 @@ fn plot(
     const WIDTH: f64 = 520.0;
     const HEIGHT: f64 = 320.0;
     const MARGIN: f64 = 16.0;
-    let at = |point: DVec3| flat(subject.reference().point_in_view(point));
-    let corners = subject.corners().map(at);
+    let pose = match subjects {
+        [one] => *one.reference(),
+        _ => Pose::looking_along(DVec3::ZERO, DVec3::NEG_Z),
+    };
+    let at = |point: DVec3| flat(pose.point_in_view(point));
+    let boxes: Vec<_> = subjects.iter().map(|one| one.corners().map(at)).collect();
     let eyes: Vec<DVec2> = dots.iter().map(|dot| at(dot.eye)).collect();
     let bounds = |points: &[DVec2]| {
         let low = points.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = points.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
         [low, high]
     };
-    let [low, high] = bounds(&[corners.as_slice(), &eyes].concat());
+    let [low, high] = bounds(&[boxes.as_flattened(), &eyes].concat());
     let room = DVec2::new(WIDTH - 2.0 * MARGIN, HEIGHT - 2.0 * MARGIN);
     let scale = (room / (high - low).max(DVec2::splat(f64::MIN_POSITIVE))).min_element();
     let middle = (low + high) / 2.0;
     let on_page = |p: DVec2| (p - middle) * scale + DVec2::new(WIDTH, HEIGHT) / 2.0;
-    let [from, to] = bounds(&corners).map(on_page);
     let rounded = |x: f64| (x * 10.0).round() / 10.0;
+    let boxes = boxes.iter().map(|corners| {
+        let [from, to] = bounds(corners).map(on_page);
+        PlotBox {
+            x: rounded(from.x),
+            y: rounded(from.y),
+            width: rounded(to.x - from.x),
+            height: rounded(to.y - from.y),
+        }
+    });
     let dots = dots.iter().zip(eyes).map(|(dot, eye)| {
         let place = on_page(eye);
         let color = colorous::INFERNO.eval_continuous(value(dot).clamp(0.0, 1.0));
@@ -351,12 +384,7 @@ fn plot(
         title,
         width: WIDTH,
         height: HEIGHT,
-        represented: PlotBox {
-            x: rounded(from.x),
-            y: rounded(from.y),
-            width: rounded(to.x - from.x),
-            height: rounded(to.y - from.y),
-        },
+        boxes: boxes.collect(),
         dots: dots.collect(),
     }
 }
@@ -389,23 +417,31 @@ fn beyond(beyond: Beyond) -> BeyondWords {
     }
 }
 
-/// All layers, as their quads show them.
-fn sheet(subject: &Subject<'_>, patches: &[Patch]) -> String {
+/// All layers of an impostor, as their quads show them; `None` where the quads are none of its
+/// layers, or these are larger than a bake makes any.
+fn sheet<'a>(subject: &'a Subject<'_>, patches: &[Patch]) -> Option<Sheet<'a>> {
     let stack = &subject.stack;
+    let texels = u64::from(stack.width) * u64::from(stack.height);
+    if patches.is_empty() || texels > 1 << 28 {
+        return None;
+    }
     let mut of_layer = vec![Vec::new(); stack.layers.len()];
     for patch in patches {
         of_layer[patch.layer as usize].push(*patch);
     }
-    let images = &subject.impostor.scene.images;
+    let images = &subject.quads.images;
     // One at a time: all of them need not fit into memory.
     let layers = of_layer
         .iter()
         .map(|patches| compose_layer(patches, images, [stack.width, stack.height]));
-    data_uri(&png(&contact_sheet(layers, 10, 110)))
+    Some(Sheet {
+        name: subject.name,
+        picture: data_uri(&png(&contact_sheet(layers, 10, 110))),
+    })
 }
 
-fn atlas(subject: &Subject<'_>) -> Vec<AtlasPage> {
-    let images = &subject.impostor.scene.images;
+fn atlas(display: &Scene) -> Vec<AtlasPage> {
+    let images = &display.images;
     let page = |(i, image): (usize, &farfield_scene::Image)| {
         let (width, height) = (image.width as usize, image.height as usize);
         let texels = Grid::from_cells(width, height, image.texels.clone());

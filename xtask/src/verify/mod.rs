@@ -3,6 +3,7 @@
 mod beyond;
 mod certificate;
 mod construction;
+mod display;
 mod html;
 mod possible;
 mod promise;
@@ -17,14 +18,20 @@ pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
 pub use totals::Place;
 
 use crate::console::Console;
+use crate::parts::{Part, keep_represented, parts};
 use crate::{bake, source};
 use anyhow::{Context, Result, bail};
-use farfield_bundle::{CertificateState, GLTF_FILE, MANIFEST_FILE, Manifest, Technique};
+use construction::Construction;
+use display::{Display, quads_of_each, read_impostors, shown};
+use farfield_bundle::{CertificateState, MANIFEST_FILE, Manifest, Technique, ViewSpace};
+use farfield_layers::{Aim, PromisedCamera};
+use farfield_sampling::Textures;
 use farfield_scene::Scene;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use subject::Subject;
+use subject::{Side, Subject};
 use totals::Totals;
 
 /// Which bundle to verify, and from where.
@@ -35,7 +42,8 @@ pub struct VerifyOptions {
     /// The original, where it is no longer where it was baked from.
     pub scene: Option<PathBuf>,
     /// Numbers of the viewpoints: 0 is the reference viewpoint, 1 to 8 are the cell's corners,
-    /// 9 to 26 its edge and face centres, from 27 on points spread evenly in it.
+    /// 9 to 26 its edge and face centres, from 27 on points spread evenly in it. Of several impostors
+    /// each is seen in turn: of six the first has the views 0, 6, 12 and so on for these.
     ///
     /// From 0 on they verify the bundle; others are only looked at.
     pub views: Range<u64>,
@@ -61,38 +69,65 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let original = console.stage("read original", || {
         source::load_again(&manifest, dir, options.scene.as_deref())
     })?;
-    let original = original.scene;
-    let impostor = read_impostors(dir, &manifest)?;
+    let mut original = original.scene;
+    let space = &manifest.options.view_space;
+    let kept = keep_represented(&mut original, space);
+    let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
-    let subject = Subject::new(&manifest, &original, &impostor).with_context(in_manifest)?;
+    let lens = PromisedCamera {
+        aim: Aim::Center,
+        fov: manifest.options.fov_degrees.to_radians(),
+        resolution: manifest.options.resolution,
+    };
+    let parts = parts(&original, space, &lens).with_context(in_manifest)?;
+    require_all_parts(&manifest, &kept, &parts).with_context(in_manifest)?;
+    let of_original = Textures::new(&original);
+    let quads = quads_of_each(&display, &manifest)?;
+    let shown = shown(&display, &quads, space);
+    let subjects = subjects(&manifest, &parts, &of_original, &quads, &shown);
+    let subjects = subjects.with_context(in_manifest)?;
     let earlier = tell_certificate(dir, &manifest, console)?;
-    possible::check_views(&subject, &options.views).with_context(in_manifest)?;
-    let construction = construction::check_construction(&subject).with_context(in_manifest)?;
-    possible::check_resolution(&subject, &construction).with_context(in_manifest)?;
-    let totals = look_at_all(&subject, &options.views, console);
-    let coverage_at = console.stage("coverage", || coverage_at(&subject, &options.views));
+    let constructions: Vec<Construction> = subjects
+        .iter()
+        .map(|subject| {
+            possible::check_views(subject, indices(&options.views, subjects.len()))?;
+            let construction = construction::check_construction(subject)?;
+            possible::check_resolution(subject, &construction)?;
+            Ok(construction)
+        })
+        .collect::<Result<_>>()
+        .with_context(in_manifest)?;
+    let totals = look_at_all(&subjects, &options.views, console);
+    let coverage_at = console.stage("coverage", || coverage_at(&subjects, &options.views));
     let mut report = report::summarise(
         &totals,
         coverage_at,
-        construction.proved,
+        construction::worst_of(&constructions),
         CostOfBoth {
             original: farfield_bundle::cost(&original),
-            impostor: farfield_bundle::cost(&impostor),
+            impostor: farfield_bundle::cost(&display),
         },
     );
     let Technique::Layered { foliage, .. } = manifest.technique;
-    let least = bake::promise(&original, foliage, None);
+    let least = bake::promise(&original, space, foliage, None);
     report.broken = promise::loosened(&manifest.promise, &least);
     report
         .broken
         .extend(promise::broken(&report, &manifest.promise));
-    report.broken.extend(construction.faults);
+    for (subject, construction) in subjects.iter().zip(&constructions) {
+        let of = match space.has_sides() {
+            true => format!("{}: ", subject.name),
+            false => String::new(),
+        };
+        let faults = construction.faults.iter();
+        report
+            .broken
+            .extend(faults.map(|fault| format!("{of}{fault}")));
+    }
     report.holds = report.broken.is_empty();
     let whole = options.views.start == 0;
-    if whole && report.holds {
-        let beyond = console.stage("beyond the cell", || {
-            beyond::beyond(&subject, &manifest.promise)
-        });
+    if let ([one], false, true) = (&*subjects, space.has_sides(), whole && report.holds) {
+        let beyond = console.stage("beyond the cell", || beyond::beyond(one, &manifest.promise));
         report.beyond = Some(beyond);
     }
 
@@ -105,7 +140,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let pictures: Vec<_> = totals
         .worst
         .iter()
-        .map(|view| worst::picture(&subject, view))
+        .map(|view| worst::picture(viewed(&subjects, view.view).0, view))
         .collect();
     for pictures in &pictures {
         worst::write(pictures, &folder)?;
@@ -119,8 +154,9 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             dir,
             command: command(options),
             manifest: &manifest,
-            subject: &subject,
-            patches: &construction.patches,
+            subjects: &subjects,
+            constructions: &constructions,
+            display: &display,
             totals: &totals,
             report: &report,
             promised: rows,
@@ -154,22 +190,66 @@ fn command(options: &VerifyOptions) -> String {
     format!("cargo xtask verify {}{scene}", quoted(&options.dir))
 }
 
-/// What a bundle's glTF file draws.
-///
-/// # Errors
-///
-/// When it cannot be read, or shows files that the manifest has no checksum of.
-fn read_impostors(dir: &Path, manifest: &Manifest) -> Result<Scene> {
-    let path = dir.join(GLTF_FILE);
-    let imported = farfield_import::read(&path)?;
-    let is_listed = |name: &&String| manifest.files.iter().any(|file| file.path == **name);
-    if let Some(name) = imported.files.iter().find(|name| !is_listed(name)) {
+/// Checks that there is an impostor for every part of the original, and for nothing else.
+fn require_all_parts(manifest: &Manifest, kept: &[String], parts: &[Part<'_>]) -> Result<()> {
+    if let ViewSpace::Amid { objects, .. } = &manifest.options.view_space
+        && objects != kept
+    {
         bail!(
-            "{}: shows {name}, which the manifest does not list: bake again",
-            path.display()
+            "options.view_space.objects are not the {} objects that are far from the view cell: \
+             bake again",
+            kept.len()
         );
     }
-    Ok(imported.scene)
+    let names = |sides: Vec<Option<farfield_bundle::Side>>| {
+        let names = sides
+            .iter()
+            .map(|side| side.map_or("all".into(), |side| side.to_string()));
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let stated: Vec<_> = manifest.impostors.iter().map(|one| one.side).collect();
+    let needed: Vec<_> = parts.iter().map(|part| part.side).collect();
+    if stated != needed {
+        bail!(
+            "impostors are there for [{}], but the original needs them for [{}]: bake again",
+            names(stated),
+            names(needed)
+        );
+    }
+    Ok(())
+}
+
+/// What is compared with what, impostor by impostor.
+fn subjects<'a>(
+    manifest: &'a Manifest,
+    parts: &'a [Part<'_>],
+    original: &'a Textures<'a>,
+    quads: &'a [Cow<'a, Scene>],
+    shown: &'a [(&'a Scene, Textures<'a>)],
+) -> Result<Vec<Subject<'a>>> {
+    let impostors = manifest.impostors.iter().zip(parts).zip(quads).enumerate();
+    impostors
+        .map(|(i, ((impostor, part), quads))| {
+            let (scene, textures) = shown.get(i).unwrap_or(&shown[0]);
+            let display = Display {
+                shown: Side { scene, textures },
+                quads,
+            };
+            Subject::new(manifest, impostor, part, original, display)
+        })
+        .collect()
+}
+
+/// The subject of a view, and the number of the viewpoint among its own: impostors take turns.
+fn viewed<'a, 's>(subjects: &'s [Subject<'a>], view: u64) -> (&'s Subject<'a>, u64) {
+    let count = subjects.len() as u64;
+    (&subjects[(view % count) as usize], view / count)
+}
+
+/// The numbers among its own of the viewpoints that any of several impostors is seen from.
+fn indices(views: &Range<u64>, impostors: usize) -> Range<u64> {
+    let count = impostors as u64;
+    views.start / count..views.end.div_ceil(count)
 }
 
 /// Says what is known from earlier verifications; returns the number of viewpoints that the bundle
@@ -192,7 +272,7 @@ fn tell_certificate(dir: &Path, manifest: &Manifest, console: &Console) -> Resul
 }
 
 /// Looks from all viewpoints, in memory that does not grow with their number.
-fn look_at_all(subject: &Subject<'_>, views: &Range<u64>, console: &Console) -> Totals {
+fn look_at_all(subjects: &[Subject<'_>], views: &Range<u64>, console: &Console) -> Totals {
     let bar = console.bar("look", views.end - views.start);
     let mut totals = Totals::default();
     for start in views.clone().step_by(CHUNK as usize) {
@@ -200,7 +280,8 @@ fn look_at_all(subject: &Subject<'_>, views: &Range<u64>, console: &Console) -> 
         let figures: Vec<_> = chunk
             .into_par_iter()
             .map(|view| {
-                let figures = view::look(subject, view);
+                let (subject, index) = viewed(subjects, view);
+                let figures = view::look(subject, index, view);
                 bar.inc(1);
                 figures
             })
@@ -216,16 +297,18 @@ fn look_at_all(subject: &Subject<'_>, views: &Range<u64>, console: &Console) -> 
 const LATTICE_VIEWS: u64 = 27;
 
 /// How the number of covered pixels changes, at full, half and quarter resolution.
-fn coverage_at(subject: &Subject<'_>, views: &Range<u64>) -> Vec<CoverageAt> {
-    let end = views.end.min(LATTICE_VIEWS.max(views.start + 1));
+fn coverage_at(subjects: &[Subject<'_>], views: &Range<u64>) -> Vec<CoverageAt> {
+    let lattice = LATTICE_VIEWS * subjects.len() as u64;
+    let end = views.end.min(lattice.max(views.start + 1));
     [1, 2, 4]
         .map(|divisor| {
-            let counts = (views.start..end)
-                .into_par_iter()
-                .map(|view| view::coverage_at(subject, view, divisor));
+            let counts = (views.start..end).into_par_iter().map(|view| {
+                let (subject, index) = viewed(subjects, view);
+                view::coverage_at(subject, index, divisor)
+            });
             let [original, impostor] = counts.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
             CoverageAt {
-                resolution: (subject.lens.resolution / divisor).max(1),
+                resolution: (subjects[0].lens.resolution / divisor).max(1),
                 change: impostor as f64 / original.max(1) as f64 - 1.0,
             }
         })

@@ -3,6 +3,7 @@
 use super::construction::Construction;
 use super::subject::Subject;
 use anyhow::{Result, bail};
+use farfield_layers::Aim;
 use farfield_views::Pose;
 use glam::DVec3;
 use std::ops::Range;
@@ -25,18 +26,24 @@ const LARGEST_UNPROVED: u32 = 2048;
 
 /// Checks that the original lies before each camera that will look at it.
 ///
+/// * `indices` - of the impostor's viewpoints
+///
 /// # Errors
 ///
 /// The first viewpoint from which it does not, as it does from all of the cell of any bake.
-pub(super) fn check_views(subject: &Subject<'_>, views: &Range<u64>) -> Result<()> {
+pub(super) fn check_views(subject: &Subject<'_>, indices: Range<u64>) -> Result<()> {
     if subject.cell.corners().iter().any(|corner| corner.w == 0.0) {
-        bail!("options.view_cell has no end; bake the bundle again");
+        bail!("options.view_space.view_cell has no end; bake the bundle again");
     }
-    for view in LATTICE.chain(views.clone()) {
+    if subject.lens.aim == Aim::Anywhere {
+        // What is before the cell may be behind a camera.
+        return Ok(());
+    }
+    for view in LATTICE.chain(indices) {
         let eye = subject.eye(view);
         if !sees_all(subject, eye) {
             bail!(
-                "options.view_cell: from viewpoint {view} at {eye}, the scene does not \
+                "options.view_space.view_cell: from viewpoint {view} at {eye}, the scene does not \
                  lie before a camera that looks at the centre of what is represented, {}; bake the \
                  bundle again",
                 subject.target()

@@ -1,34 +1,33 @@
 //! What is compared with what.
 
-use crate::view_cell::represented_box;
+use super::display::Display;
+use crate::parts::Part;
 use anyhow::{Result, bail};
 use farfield_bundle::{Body, Impostor, LayeredBody, Manifest, Technique};
-use farfield_layers::{Layer, LayerStack, PromisedCamera};
+use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, Textures, Tracer};
 use farfield_scene::Scene;
-use farfield_views::{Camera, Pose, ViewCell};
-use glam::{DVec2, DVec3};
+use farfield_views::{Camera, Pose, ViewCell, lattice_viewpoints, low_discrepancy_point};
+use glam::{DVec2, DVec3, DVec4};
+use std::borrow::Cow;
 
 /// A scene with what is needed to look at it.
+#[derive(Clone, Copy)]
 pub(super) struct Side<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) textures: Textures<'a>,
+    pub(super) textures: &'a Textures<'a>,
 }
 
-impl<'a> Side<'a> {
-    fn new(scene: &'a Scene) -> Self {
-        Self {
-            scene,
-            textures: Textures::new(scene),
-        }
-    }
-}
-
-/// The original and its impostor, and the camera that the promise is made for.
+/// A part of the original and its impostor, and the camera that the promise is made for.
 pub(super) struct Subject<'a> {
+    /// The impostor's name.
+    pub(super) name: &'a str,
     pub(super) original: Side<'a>,
+    /// What a client shows for it.
     pub(super) impostor: Side<'a>,
-    /// Meets the impostor's geometry.
+    /// The quads of this impostor alone.
+    pub(super) quads: &'a Scene,
+    /// Meets these.
     pub(super) tracer: Tracer,
     /// Where the layers are, as the manifest says.
     pub(super) stack: LayerStack,
@@ -41,6 +40,8 @@ pub(super) struct Subject<'a> {
     pub(super) cell: ViewCell,
     /// Least and greatest corner of what is represented, in the world.
     pub(super) represented: [DVec3; 2],
+    /// Corners of a convex body around it.
+    hull: [DVec3; 8],
     pub(super) lens: PromisedCamera,
     /// Pixels of parallax that are promised.
     pub(super) most_parallax: f64,
@@ -49,30 +50,30 @@ pub(super) struct Subject<'a> {
 /// Distinguishes verify's viewpoints from any that a bake may look from.
 pub(super) const SEED: u64 = 0x7665_7269_6679;
 
+/// Distinguishes where cameras look from where they are.
+const AIM_SEED: u64 = 0x6169_6d;
+
 impl<'a> Subject<'a> {
-    /// The one impostor of a bundle and its original.
+    /// One impostor of a bundle and the part of the original that it stands for.
     pub(super) fn new(
         manifest: &'a Manifest,
-        original: &'a Scene,
-        impostor: &'a Scene,
+        impostor: &'a Impostor,
+        part: &'a Part<'_>,
+        original: &'a Textures<'a>,
+        display: Display<'a>,
     ) -> Result<Self> {
-        let [one] = manifest.impostors.as_slice() else {
-            bail!(
-                "the bundle holds {} impostors; this version verifies one",
-                manifest.impostors.len()
-            );
-        };
-        let Impostor {
-            represented, body, ..
-        } = one;
-        let Body::Layered(body) = body;
-        let filled = represented_box(original)?;
-        require_same_box(*represented, filled)?;
+        let Body::Layered(body) = &impostor.body;
+        require_same_box(impostor.represented, part.represented)?;
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
-            original: Side::new(original),
-            impostor: Side::new(impostor),
-            tracer: Tracer::new(impostor),
+            name: &impostor.name,
+            original: Side {
+                scene: &part.scene,
+                textures: original,
+            },
+            impostor: display.shown,
+            quads: display.quads,
+            tracer: Tracer::new(display.quads),
             stack: stack_of(body),
             texels_sha256: checksums.collect(),
             borders: body.borders(),
@@ -83,10 +84,11 @@ impl<'a> Subject<'a> {
                 } => Foliage::Centre,
                 Technique::Layered { .. } => Foliage::Any,
             },
-            cell: manifest.options.view_cell,
-            represented: filled,
+            cell: part.cell,
+            represented: part.represented,
+            hull: part.hull,
             lens: PromisedCamera {
-                aim: farfield_layers::Aim::Center,
+                aim: part.aim,
                 fov: manifest.options.fov_degrees.to_radians(),
                 resolution: manifest.options.resolution,
             },
@@ -94,37 +96,65 @@ impl<'a> Subject<'a> {
         })
     }
 
-    /// What the promised camera looks at, in the world.
+    /// The centre of what is represented, in the world.
     pub(super) fn target(&self) -> DVec3 {
         (self.represented[0] + self.represented[1]) / 2.0
     }
 
     /// Corners of a box around what is represented and the original, in the world.
     pub(super) fn corners(&self) -> [DVec3; 8] {
-        let [min, max] = self.represented;
-        std::array::from_fn(|i| {
-            let side = |axis: usize| {
-                if i >> axis & 1 == 0 {
-                    min[axis]
-                } else {
-                    max[axis]
-                }
-            };
-            DVec3::new(side(0), side(1), side(2))
-        })
+        farfield_layers::box_corners(self.represented)
     }
 
-    /// The promised camera at a place, with its resolution divided.
-    pub(super) fn camera(&self, eye: DVec3, divisor: u32) -> Camera {
+    /// The promised camera at viewpoint number `index`, with its resolution divided.
+    pub(super) fn camera(&self, index: u64, divisor: u32) -> Camera {
+        let target = match self.lens.aim {
+            Aim::Center => self.target(),
+            Aim::Anywhere => self.sight(index),
+        };
+        self.camera_towards(self.eye(index), target, divisor)
+    }
+
+    /// The promised camera at a place, looking at the centre of what is represented.
+    pub(super) fn camera_at(&self, eye: DVec3) -> Camera {
+        self.camera_towards(eye, self.target(), 1)
+    }
+
+    fn camera_towards(&self, eye: DVec3, target: DVec3, divisor: u32) -> Camera {
         let resolution = (self.lens.resolution / divisor).max(1);
-        Camera::looking_at(eye, self.target(), self.lens.fov, resolution)
+        Camera::looking_at(eye, target, self.lens.fov, resolution)
     }
 
-    /// Viewpoint number `view` in the world: 0 is the reference viewpoint.
-    pub(super) fn eye(&self, view: u64) -> DVec3 {
-        match view.checked_sub(1) {
+    /// Viewpoint number `index` of this impostor in the world: 0 is the reference viewpoint.
+    pub(super) fn eye(&self, index: u64) -> DVec3 {
+        match index.checked_sub(1) {
             None => self.reference().eye,
             Some(index) => self.cell.viewpoint(index, SEED),
+        }
+    }
+
+    /// Where a camera that looks anywhere looks from viewpoint number `index`: at the middle, from
+    /// corners, edges and faces of the cell at opposite ones of the hull, then into all of it.
+    fn sight(&self, index: u64) -> DVec3 {
+        let lattice = lattice_viewpoints();
+        let at = match index.checked_sub(1) {
+            None => DVec3::splat(0.5),
+            Some(index) => match lattice.get(index as usize) {
+                Some(fractions) => DVec3::ONE - *fractions,
+                None => low_discrepancy_point(index, AIM_SEED),
+            },
+        };
+        let along = |axis: usize, a: DVec3, b: DVec3| a.lerp(b, at[axis]);
+        let edge = |i: usize| along(0, self.hull[i], self.hull[i + 1]);
+        let face = |i: usize| along(1, edge(i), edge(i + 2));
+        along(2, face(0), face(4))
+    }
+
+    /// The original as far as it can be in a camera's picture, all of it before the camera.
+    pub(super) fn before(&self, camera: &Camera) -> Cow<'a, Scene> {
+        match self.lens.aim {
+            Aim::Center => Cow::Borrowed(self.original.scene),
+            Aim::Anywhere => Cow::Owned(self.original.scene.clipped(&pyramid(camera))),
         }
     }
 
@@ -138,6 +168,20 @@ impl<'a> Subject<'a> {
         let texels = DVec2::new(self.stack.width.into(), self.stack.height.into());
         self.stack.extent.size() / texels
     }
+}
+
+/// The four planes round what a camera sees, and a little more.
+fn pyramid(camera: &Camera) -> [DVec4; 4] {
+    let Camera { pose, extent, .. } = camera;
+    let slack = extent.size() * 0.01;
+    let (min, max) = (extent.min - slack, extent.max + slack);
+    [
+        pose.right - pose.forward * min.x,
+        pose.forward * max.x - pose.right,
+        pose.down - pose.forward * min.y,
+        pose.forward * max.y - pose.down,
+    ]
+    .map(|normal| normal.extend(-normal.dot(pose.eye)))
 }
 
 /// Refuses a manifest whose impostor stands for something else than the original.

@@ -102,7 +102,7 @@ pub(super) fn print(
     }
     console.say(format_args!("  {:<28}{:>14}", "viewpoints", report.views));
     if let Some(worst) = totals.worst.first() {
-        let [x, y, z] = worst.eye.to_array();
+        let [x, y, z] = worst.camera.pose.eye.to_array();
         console.say(format_args!(
             "\n  worst: view {} from ({x:.4}, {y:.4}, {z:.4}): {} gap pixels, {} phantom pixels, \
              {} of {} pixels missed",

@@ -85,7 +85,7 @@ impl Totals {
         if self.dots.len() < MOST_DOTS {
             self.dots.push(Dot {
                 view: view.view,
-                eye: view.eye,
+                eye: view.camera.pose.eye,
                 parallax: geometry.parallax.errors.max(),
                 flip: view.flip.mean(),
             });

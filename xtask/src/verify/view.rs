@@ -25,7 +25,7 @@ pub(super) struct Geometry {
 /// What one view shows.
 pub(super) struct ViewFigures {
     pub(super) view: u64,
-    pub(super) eye: DVec3,
+    pub(super) camera: Camera,
     pub(super) geometry: Geometry,
     pub(super) coverage: Coverage,
     /// Pixels that the impostor covers.
@@ -66,9 +66,9 @@ pub(super) struct Shown {
 /// Renders both sides with the same renderer and light.
 pub(super) fn show(subject: &Subject<'_>, camera: &Camera) -> Pictures {
     let picture = |side: &Side<'_>| {
-        let seen = rasterize(side.scene, &side.textures, camera);
+        let seen = rasterize(side.scene, side.textures, camera);
         let light = Lighting::default();
-        let colors = shade(side.scene, &side.textures, camera, &seen, &light);
+        let colors = shade(side.scene, side.textures, camera, &seen, &light);
         Shown {
             colors: pictures::over_background(&colors, &seen.objects),
             seen,
@@ -80,17 +80,17 @@ pub(super) fn show(subject: &Subject<'_>, camera: &Camera) -> Pictures {
     }
 }
 
-/// Compares original and impostor as seen from viewpoint number `view`.
-pub(super) fn look(subject: &Subject<'_>, view: u64) -> ViewFigures {
-    let eye = subject.eye(view);
-    let camera = subject.camera(eye, 1);
+/// Compares original and impostor as seen from viewpoint number `index` of the impostor, in all
+/// view number `view`.
+pub(super) fn look(subject: &Subject<'_>, index: u64, view: u64) -> ViewFigures {
+    let camera = subject.camera(index, 1);
     let Pictures { original, impostor } = show(subject, &camera);
     let ids = [&original.seen.objects, &impostor.seen.objects];
     let region = compared_region(ids[0], ids[1]);
     let colors = [&original.colors, &impostor.colors];
     ViewFigures {
         view,
-        eye,
+        camera,
         geometry: compare_geometry(subject, &camera, &original.seen, &impostor.seen),
         coverage: coverage(ids[0], ids[1]),
         covered_by_impostor: covered(ids[1]),
@@ -123,17 +123,17 @@ fn flip(_: [&Grid<[u8; 3]>; 2], _: &BitMask) -> Distribution {
 
 /// Compares where things are, as seen from a place inside or outside of the view cell.
 pub(super) fn look_at_geometry(subject: &Subject<'_>, eye: DVec3) -> Geometry {
-    let camera = subject.camera(eye, 1);
+    let camera = subject.camera_at(eye);
     let [original, impostor] = [&subject.original, &subject.impostor]
-        .map(|side| rasterize(side.scene, &side.textures, &camera));
+        .map(|side| rasterize(side.scene, side.textures, &camera));
     compare_geometry(subject, &camera, &original, &impostor)
 }
 
 /// Pixels that original and impostor cover at a lower resolution.
-pub(super) fn coverage_at(subject: &Subject<'_>, view: u64, divisor: u32) -> [u64; 2] {
-    let camera = subject.camera(subject.eye(view), divisor);
+pub(super) fn coverage_at(subject: &Subject<'_>, index: u64, divisor: u32) -> [u64; 2] {
+    let camera = subject.camera(index, divisor);
     [&subject.original, &subject.impostor]
-        .map(|side| covered(&rasterize(side.scene, &side.textures, &camera).objects))
+        .map(|side| covered(&rasterize(side.scene, side.textures, &camera).objects))
 }
 
 fn covered(ids: &Grid<u32>) -> u64 {
@@ -240,7 +240,7 @@ fn sampled_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
         height: camera.height * SAMPLES,
         ..*camera
     };
-    let Side { scene, textures } = &subject.original;
+    let Side { scene, textures } = subject.original;
     let seen = rasterize(scene, textures, &finer);
     let samples = layer_indices(&seen.depth, &finer, subject.reference(), &subject.borders);
     let mut least = Grid::filled(camera.width as usize, camera.height as usize, NONE);
@@ -256,7 +256,7 @@ fn sampled_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
 
 /// Per pixel the least layer that the original touches, hidden or not.
 fn touched_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
-    let Side { scene, textures } = &subject.original;
+    let scene = &*subject.before(camera);
     let (reference, borders) = (subject.reference(), &subject.borders);
     let inner = &borders[1..borders.len() - 1];
     // Where the camera's axis meets the borders: about one slab a layer, so that what is recorded
@@ -269,6 +269,7 @@ fn touched_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
         .chain([f64::INFINITY])
         .collect();
     let eye = [camera.pose.eye.extend(1.0)];
+    let textures = subject.original.textures;
     let touched = record(scene, textures, camera, &slabs, &eye, Foliage::Any);
     let mut least = Grid::filled(camera.width as usize, camera.height as usize, NONE);
     for sample in &touched.samples {
@@ -316,8 +317,8 @@ fn convicted(subject: &Subject<'_>, camera: &Camera, mut suspects: Vec<[u32; 2]>
 /// The pixels that anything of the original touches, hidden or not.
 fn touched(subject: &Subject<'_>, camera: &Camera) -> BitMask {
     let everything = record(
-        subject.original.scene,
-        &subject.original.textures,
+        &subject.before(camera),
+        subject.original.textures,
         camera,
         &[0.0, f64::INFINITY],
         &[camera.pose.eye.extend(1.0)],

@@ -24,8 +24,7 @@ const DISPLACED: [u8; 3] = [255, 200, 0];
 /// Renders a view again: original, impostor, their difference, and gaps (red), phantoms (blue)
 /// and displaced points (yellow) marked.
 pub(super) fn picture(subject: &Subject<'_>, view: &ViewFigures) -> ViewPictures {
-    let camera = subject.camera(view.eye, 1);
-    let Pictures { original, impostor } = show(subject, &camera);
+    let Pictures { original, impostor } = show(subject, &view.camera);
     let region = compared_region(&original.seen.objects, &impostor.seen.objects);
     let geometry = &view.geometry;
     let all = [

@@ -1,0 +1,84 @@
+//! What a glTF client shows of a bundle, impostor by impostor.
+
+use super::subject::Side;
+use anyhow::{Result, bail};
+use farfield_bundle::{GLTF_FILE, Manifest, ViewSpace};
+use farfield_sampling::Textures;
+use farfield_scene::Scene;
+use std::borrow::Cow;
+use std::path::Path;
+
+/// What is shown for one impostor.
+#[derive(Clone, Copy)]
+pub(super) struct Display<'a> {
+    /// All that is shown where it is.
+    pub(super) shown: Side<'a>,
+    /// Its own quads.
+    pub(super) quads: &'a Scene,
+}
+
+/// Reads what a bundle's glTF file draws.
+///
+/// # Errors
+///
+/// When it cannot be read, or shows files that the manifest has no checksum of.
+pub(super) fn read_impostors(dir: &Path, manifest: &Manifest) -> Result<Scene> {
+    let path = dir.join(GLTF_FILE);
+    let imported = farfield_import::read(&path)?;
+    let is_listed = |name: &&String| manifest.files.iter().any(|file| file.path == **name);
+    if let Some(name) = imported.files.iter().find(|name| !is_listed(name)) {
+        bail!(
+            "{}: shows {name}, which the manifest does not list: bake again",
+            path.display()
+        );
+    }
+    Ok(imported.scene)
+}
+
+/// The quads of each impostor of a manifest.
+///
+/// # Errors
+///
+/// When several impostors are not objects of their names.
+pub(super) fn quads_of_each<'a>(
+    all: &'a Scene,
+    manifest: &Manifest,
+) -> Result<Vec<Cow<'a, Scene>>> {
+    if !manifest.options.view_space.has_sides() {
+        return Ok(vec![Cow::Borrowed(all); manifest.impostors.len()]);
+    }
+    let names: Vec<&str> = all
+        .objects
+        .iter()
+        .map(|object| object.name.as_str())
+        .collect();
+    if names.len() != manifest.impostors.len() {
+        bail!(
+            "{GLTF_FILE} draws {} objects for {} impostors: bake again",
+            names.len(),
+            manifest.impostors.len()
+        );
+    }
+    let of_one = |name: &String| match names.iter().position(|other| other == name) {
+        Some(object) => Ok(Cow::Owned(all.extracted(object as u32))),
+        None => bail!("{GLTF_FILE} has no object '{name}': bake again"),
+    };
+    let impostors = manifest.impostors.iter();
+    impostors.map(|impostor| of_one(&impostor.name)).collect()
+}
+
+/// The scenes that are looked at: round a cell each impostor by itself, for its part of the
+/// original; otherwise all of them, as they are drawn together.
+pub(super) fn shown<'a>(
+    all: &'a Scene,
+    quads: &'a [Cow<'a, Scene>],
+    space: &ViewSpace,
+) -> Vec<(&'a Scene, Textures<'a>)> {
+    match space {
+        ViewSpace::Amid { .. } => quads
+            .iter()
+            .map(|one| (&**one, Textures::new(one)))
+            .collect(),
+        ViewSpace::Before { .. } | ViewSpace::Around { .. } => vec![(all, Textures::new(all))],
+    }
+}

@@ -1,0 +1,118 @@
+//! From where a scene is to be seen: before it, amid it or all around it.
+
+use crate::bake::{Arrangement, BakeOptions};
+use crate::parts::keep_represented;
+use crate::view_cell::{self, ViewCellSpec, represented_box};
+use anyhow::{Result, bail};
+use farfield_bundle::{Side, ViewSpace};
+use farfield_layers::PromisedCamera;
+use farfield_scene::Scene;
+use farfield_views::ViewCell;
+use glam::DVec3;
+
+/// The view space that the options name for a scene, in which only what is to be represented is
+/// left.
+///
+/// # Errors
+///
+/// When the scene has nothing to represent, or the options do not suit it.
+pub(crate) fn resolve(
+    options: &BakeOptions,
+    scene: &mut Scene,
+    camera: &PromisedCamera,
+) -> Result<ViewSpace> {
+    let represented = represented_box(scene)?;
+    let spec = options.view_cell.as_ref();
+    match options.arrangement {
+        Arrangement::Before => Ok(ViewSpace::Before {
+            view_cell: view_cell::resolve(spec, represented, camera)?,
+        }),
+        Arrangement::Far(distance) => amid(spec, scene, distance),
+        Arrangement::Around(distance) => {
+            if spec.is_some() {
+                bail!("views from all around have no view cell: leave --view-cell out");
+            }
+            around(represented, distance, camera)
+        }
+    }
+}
+
+fn amid(spec: Option<&ViewCellSpec>, scene: &mut Scene, distance: f64) -> Result<ViewSpace> {
+    let Some(&ViewCellSpec::Box { center, size }) = spec else {
+        bail!("with --far, name the box that the viewer is in: --view-cell box:cx,cy,cz:sx,sy,sz");
+    };
+    let view_cell = ViewCell::Box { center, size };
+    let space = |objects| ViewSpace::Amid {
+        view_cell,
+        distance,
+        objects,
+    };
+    let before = scene.objects.len();
+    let objects = keep_represented(scene, &space(Vec::new()));
+    if objects.is_empty() {
+        bail!(
+            "none of the {before} objects lies wholly {distance} m from the view cell or beyond: \
+             lower --far, or split what is large into several objects"
+        );
+    }
+    Ok(space(objects))
+}
+
+/// Where no distance is given: a scene seen from there covers some 130 texels.
+const DEFAULT_DISTANCE: f64 = 8.0;
+
+fn around(
+    represented: [DVec3; 2],
+    distance: Option<f64>,
+    camera: &PromisedCamera,
+) -> Result<ViewSpace> {
+    let [min, max] = represented;
+    let center = (min + max) / 2.0;
+    let distance = distance.unwrap_or(DEFAULT_DISTANCE * min.distance(max));
+    // Whoever is that far away, is so far along at least one axis.
+    let near = distance / 3f64.sqrt();
+    let reach = (max - min).max_element() / 2.0;
+    if near <= reach {
+        bail!(
+            "{distance} m is too near for views from all around: the scene reaches {reach} m from \
+             its centre along an axis; name at least {} m",
+            3f64.sqrt() * reach * 1.5
+        );
+    }
+    let shaft = |side| {
+        let space = ViewSpace::Around {
+            center,
+            near,
+            far: f64::INFINITY,
+        };
+        view_cell::farthest(&space.cell(Some(side)), represented, camera)
+    };
+    let far = Side::ALL
+        .into_iter()
+        .map(shaft)
+        .try_fold(f64::INFINITY, |least, far| far.map(|far| least.min(far)))?;
+    Ok(ViewSpace::Around { center, near, far })
+}
+
+/// In words and in the form of the command line.
+pub(crate) fn describe(space: &ViewSpace) -> String {
+    match space {
+        ViewSpace::Before { view_cell } => format!("cell {}", view_cell::describe(view_cell)),
+        ViewSpace::Amid {
+            view_cell,
+            distance,
+            objects,
+        } => format!(
+            "cell {}, amid {} objects at {distance} m and beyond",
+            view_cell::describe(view_cell),
+            objects.len()
+        ),
+        ViewSpace::Around { center, near, far } => format!(
+            "around {},{},{}, from {:.6} m on; up to {far:.6} m along an axis",
+            center.x,
+            center.y,
+            center.z,
+            near * 3f64.sqrt()
+        ),
+    }
+}
