@@ -33,8 +33,9 @@ pub enum ViewSpace {
         /// The names of these objects, in the scene's order: they need not be drawn any more.
         objects: Vec<String>,
     },
-    /// Around the scene: up to six impostors of the same, one for each side that the camera may be
-    /// on, all drawn together. The camera looks at the centre.
+    /// Around the scene: up to six impostors of all of it, one for each side that the camera may be
+    /// on, of which only that one is to be shown: the side along whose direction it is farthest from
+    /// the centre. The camera looks at the centre.
     ///
     /// (S. Jeschke, 2005, section 3.8.2: layered view-independent impostors.)
     Around {

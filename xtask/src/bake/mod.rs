@@ -232,6 +232,14 @@ const ANYWHERE: &str = "Texels are not magnified where the camera looks straight
     axis they are by up to 1 / cos\u{b2} of the angle. Seams between impostors lie where what is seen \
     is as far along one axis of the world as along another.";
 
+/// Each impostor of views from all around is verified alone.
+const ONE_AT_A_TIME: &str = "Of the impostors only the one on the viewer's side is to be shown: that \
+    along whose axis the viewer is farthest from the centre.";
+
+/// The viewers on a side see a surface from up to 90 degrees apart.
+const FROM_BEHIND: &str = "Surfaces that are to be seen from one side only may be seen from behind, where \
+    others of the viewers on the same side see their front; phantom pixels are not promised.";
+
 /// Masked materials are recorded so that no gap opens, which makes leaves larger by up to a texel.
 const MASKED: &str = "Masked surfaces reach up to a texel over their outlines, so among leaves \
     more of the near and less of what is behind is seen; colours may differ more.";
@@ -253,26 +261,34 @@ pub(crate) fn promise(
     too_small: Option<String>,
 ) -> Promise {
     let masked = has_masks(scene);
+    let from_behind = matches!(space, ViewSpace::Around { .. }) && has_one_sided(scene);
     let by_centres = masked && foliage == farfield_bundle::Foliage::Centre;
     let note = match (masked, by_centres) {
         (_, true) => Some(BY_CENTRES),
         (true, false) => Some(MASKED),
         (false, false) => None,
     };
-    let aim = match space {
-        ViewSpace::Amid { .. } => ANYWHERE,
-        ViewSpace::Before { .. } | ViewSpace::Around { .. } => OFF_AXIS,
+    let (aim, shown) = match space {
+        ViewSpace::Before { .. } => (OFF_AXIS, None),
+        ViewSpace::Amid { .. } => (ANYWHERE, None),
+        ViewSpace::Around { .. } => (OFF_AXIS, Some(ONE_AT_A_TIME)),
     };
-    let notes = [Some(aim), note, too_small.as_deref()];
+    let behind = from_behind.then_some(FROM_BEHIND);
+    let notes = [Some(aim), shown, behind, note, too_small.as_deref()];
     Promise {
         gap_pixels: (!by_centres).then_some(0),
         parallax_px: (!by_centres).then_some(1.0),
-        phantom_pixels: Some(0),
+        phantom_pixels: (!from_behind).then_some(0),
         colour_bias: Some(if masked { BIAS_AMONG_LEAVES } else { BIAS }),
         coverage_change: by_centres.then_some(0.05),
         notes: notes.into_iter().flatten().map(str::to_owned).collect(),
         ..Promise::default()
     }
+}
+
+fn has_one_sided(scene: &Scene) -> bool {
+    let one_sided = |material: &u32| !scene.materials[*material as usize].double_sided;
+    scene.triangle_materials.iter().any(one_sided)
 }
 
 fn has_masks(scene: &Scene) -> bool {

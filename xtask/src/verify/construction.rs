@@ -44,7 +44,7 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Result<Construction> 
         .map(|layer| layer.depth)
         .collect();
     let camera = recording_camera(&subject.stack);
-    let patches = match patches_of(subject.quads, &camera, &depths) {
+    let patches = match patches_of(subject.impostor.scene, &camera, &depths) {
         Ok(patches) => {
             faults.extend(other_texels(&patches, subject));
             patches
@@ -113,7 +113,12 @@ fn bounds(found: &Guarantee) -> (Vec<ProvedBound>, Vec<String>) {
 fn other_material(subject: &Subject<'_>) -> Option<String> {
     let cutoff = shown_from(subject.foliage);
     let is_mask = |m: &&Material| m.unlit && m.alpha == AlphaMode::Mask { cutoff };
-    let other = subject.quads.materials.iter().find(|m| !is_mask(m))?;
+    let other = subject
+        .impostor
+        .scene
+        .materials
+        .iter()
+        .find(|m| !is_mask(m))?;
     Some(format!(
         "material '{}' is not an unlit mask with an alpha cutoff of {cutoff}",
         other.name
@@ -127,7 +132,7 @@ fn other_texels(patches: &[Patch], subject: &Subject<'_>) -> Option<String> {
     for patch in patches {
         of_layer[patch.layer as usize].push(*patch);
     }
-    let pages = &subject.quads.images;
+    let pages = &subject.impostor.scene.images;
     // Quads that share what they show could have any number of texels.
     let shown: u64 = patches.iter().map(|patch| patch.rect.area()).sum();
     let held: u64 = pages.iter().map(|page| page.texels.len() as u64).sum();

@@ -1,21 +1,10 @@
 //! What a glTF client shows of a bundle, impostor by impostor.
 
-use super::subject::Side;
 use anyhow::{Result, bail};
-use farfield_bundle::{GLTF_FILE, Manifest, ViewSpace};
-use farfield_sampling::Textures;
+use farfield_bundle::{GLTF_FILE, Manifest};
 use farfield_scene::Scene;
 use std::borrow::Cow;
 use std::path::Path;
-
-/// What is shown for one impostor.
-#[derive(Clone, Copy)]
-pub(super) struct Display<'a> {
-    /// All that is shown where it is.
-    pub(super) shown: Side<'a>,
-    /// Its own quads.
-    pub(super) quads: &'a Scene,
-}
 
 /// Reads what a bundle's glTF file draws.
 ///
@@ -65,20 +54,4 @@ pub(super) fn quads_of_each<'a>(
     };
     let impostors = manifest.impostors.iter();
     impostors.map(|impostor| of_one(&impostor.name)).collect()
-}
-
-/// The scenes that are looked at: round a cell each impostor by itself, for its part of the
-/// original; otherwise all of them, as they are drawn together.
-pub(super) fn shown<'a>(
-    all: &'a Scene,
-    quads: &'a [Cow<'a, Scene>],
-    space: &ViewSpace,
-) -> Vec<(&'a Scene, Textures<'a>)> {
-    match space {
-        ViewSpace::Amid { .. } => quads
-            .iter()
-            .map(|one| (&**one, Textures::new(one)))
-            .collect(),
-        ViewSpace::Before { .. } | ViewSpace::Around { .. } => vec![(all, Textures::new(all))],
-    }
 }

@@ -429,7 +429,7 @@ fn sheet<'a>(subject: &'a Subject<'_>, patches: &[Patch]) -> Option<Sheet<'a>> {
     for patch in patches {
         of_layer[patch.layer as usize].push(*patch);
     }
-    let images = &subject.quads.images;
+    let images = &subject.impostor.scene.images;
     // One at a time: all of them need not fit into memory.
     let layers = of_layer
         .iter()

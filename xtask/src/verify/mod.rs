@@ -22,13 +22,11 @@ use crate::parts::{Part, keep_represented, parts};
 use crate::{bake, source};
 use anyhow::{Context, Result, bail};
 use construction::Construction;
-use display::{Display, quads_of_each, read_impostors, shown};
+use display::{quads_of_each, read_impostors};
 use farfield_bundle::{CertificateState, MANIFEST_FILE, Manifest, Technique, ViewSpace};
 use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::Textures;
-use farfield_scene::Scene;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use subject::{Side, Subject};
@@ -83,8 +81,10 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     require_all_parts(&manifest, &kept, &parts).with_context(in_manifest)?;
     let of_original = Textures::new(&original);
     let quads = quads_of_each(&display, &manifest)?;
-    let shown = shown(&display, &quads, space);
-    let subjects = subjects(&manifest, &parts, &of_original, &quads, &shown);
+    let of_quads: Vec<_> = quads.iter().map(|quads| Textures::new(quads)).collect();
+    let quads = quads.iter().zip(&of_quads);
+    let quads = quads.map(|(scene, textures)| Side { scene, textures });
+    let subjects = subjects(&manifest, &parts, &of_original, quads);
     let subjects = subjects.with_context(in_manifest)?;
     let earlier = tell_certificate(dir, &manifest, console)?;
     let constructions: Vec<Construction> = subjects
@@ -224,19 +224,11 @@ fn subjects<'a>(
     manifest: &'a Manifest,
     parts: &'a [Part<'_>],
     original: &'a Textures<'a>,
-    quads: &'a [Cow<'a, Scene>],
-    shown: &'a [(&'a Scene, Textures<'a>)],
+    quads: impl Iterator<Item = Side<'a>>,
 ) -> Result<Vec<Subject<'a>>> {
-    let impostors = manifest.impostors.iter().zip(parts).zip(quads).enumerate();
+    let impostors = manifest.impostors.iter().zip(parts).zip(quads);
     impostors
-        .map(|(i, ((impostor, part), quads))| {
-            let (scene, textures) = shown.get(i).unwrap_or(&shown[0]);
-            let display = Display {
-                shown: Side { scene, textures },
-                quads,
-            };
-            Subject::new(manifest, impostor, part, original, display)
-        })
+        .map(|((impostor, part), quads)| Subject::new(manifest, impostor, part, original, quads))
         .collect()
 }
 

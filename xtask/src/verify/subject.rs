@@ -1,6 +1,5 @@
 //! What is compared with what.
 
-use super::display::Display;
 use crate::parts::Part;
 use anyhow::{Result, bail};
 use farfield_bundle::{Body, Impostor, LayeredBody, Manifest, Technique};
@@ -23,10 +22,8 @@ pub(super) struct Subject<'a> {
     /// The impostor's name.
     pub(super) name: &'a str,
     pub(super) original: Side<'a>,
-    /// What a client shows for it.
+    /// Its quads alone.
     pub(super) impostor: Side<'a>,
-    /// The quads of this impostor alone.
-    pub(super) quads: &'a Scene,
     /// Meets these.
     pub(super) tracer: Tracer,
     /// Where the layers are, as the manifest says.
@@ -60,7 +57,7 @@ impl<'a> Subject<'a> {
         impostor: &'a Impostor,
         part: &'a Part<'_>,
         original: &'a Textures<'a>,
-        display: Display<'a>,
+        quads: Side<'a>,
     ) -> Result<Self> {
         let Body::Layered(body) = &impostor.body;
         require_same_box(impostor.represented, part.represented)?;
@@ -71,9 +68,8 @@ impl<'a> Subject<'a> {
                 scene: &part.scene,
                 textures: original,
             },
-            impostor: display.shown,
-            quads: display.quads,
-            tracer: Tracer::new(display.quads),
+            impostor: quads,
+            tracer: Tracer::new(quads.scene),
             stack: stack_of(body),
             texels_sha256: checksums.collect(),
             borders: body.borders(),
