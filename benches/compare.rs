@@ -17,7 +17,7 @@ use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;
-use xtask::{BakeOptions, Console, Foliage, ViewCellSpec, bake};
+use xtask::{Arrangement, BakeOptions, Console, Foliage, ViewCellSpec, bake};
 
 /// Viewpoints, the reference viewpoint and the cell's corners first.
 const VIEWS: u64 = 64;
@@ -164,6 +164,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
     let options = BakeOptions {
         scene: model.source.clone(),
         view_cell: Some(ViewCellSpec::Box { center, size }),
+        arrangement: Arrangement::Before,
         resolution: RESOLUTION,
         fov_degrees: FOV_DEGREES,
         exclude: Vec::new(),

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
-use xtask::{BakeOptions, Console, Foliage, SceneChoice, bake};
+use xtask::{Arrangement, BakeOptions, Console, Foliage, SceneChoice, bake};
 
 /// What happens to a file's bytes.
 #[derive(Clone, Debug)]
@@ -184,6 +184,7 @@ pub(crate) fn bake_good(folder: &Path) {
     let options = BakeOptions {
         scene: SceneChoice::File(scene),
         view_cell: None,
+        arrangement: Arrangement::Before,
         resolution: 32,
         fov_degrees: 45.0,
         exclude: Vec::new(),

@@ -242,12 +242,12 @@ fn a_view_cell_in_the_scene_is_refused() {
     let target = (min + max) / 2.0;
     for center in [target, max, target + 0.1, DVec3::splat(1e308)] {
         let cell = json!({"kind": "box", "center": center.to_array(), "size": [0.1, 0.1, 0.1]});
-        let message = refused(&[("/options/view_cell", cell)]);
-        assert!(message.contains("options.view_cell"), "{message}");
+        let message = refused(&[("/options/view_space/view_cell", cell)]);
+        assert!(message.contains("options.view_space"), "{message}");
     }
     let shaft = json!({"kind": "shaft", "apex": target.to_array(), "axis": [0, 0, 1],
         "half_angle": 0.1, "near": 50.0});
-    let message = refused(&[("/options/view_cell", shaft)]);
+    let message = refused(&[("/options/view_space/view_cell", shaft)]);
     assert!(message.contains("has no end"), "{message}");
 }
 

@@ -10,4 +10,5 @@ mod models;
 mod occlusion;
 mod sabotage;
 mod setup;
+mod sides;
 mod town;

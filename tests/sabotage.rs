@@ -6,7 +6,7 @@ use crate::setup::{options, verified};
 use farfield_atlas::pack;
 use farfield_bundle::{
     Body, CERTIFICATE_FILE, CertificateState, GLTF_FILE, LayeredBody, Manifest, NewFile, Promise,
-    SceneSource, cost, encode_png, glb_from_scene, read_certificate, sha256_hex,
+    SceneSource, ViewSpace, cost, encode_png, glb_from_scene, read_certificate, sha256_hex,
 };
 use farfield_grid::Grid;
 use farfield_pages::{GUTTER, Patch, blank_page, compose_layer, patches_of, quad_scene};
@@ -543,7 +543,10 @@ fn shifted_colours_are_a_bias() {
 #[test]
 fn an_enlarged_view_cell_finds_layers_too_far_apart() {
     let mut bundle = good();
-    let ViewCell::Box { size, .. } = &mut bundle.manifest.options.view_cell else {
+    let ViewSpace::Before {
+        view_cell: ViewCell::Box { size, .. },
+    } = &mut bundle.manifest.options.view_space
+    else {
         panic!("the default cell is a box");
     };
     *size *= 1.3;
@@ -621,9 +624,11 @@ fn impossible_manifests_are_refused() {
     elsewhere.manifest.impostors[0].represented[1].z -= 1.0;
     assert!(elsewhere.refused().contains("the original fills"));
     let mut behind = good();
-    behind.manifest.options.view_cell = ViewCell::Box {
-        center: DVec3::Z * -100.0,
-        size: DVec3::ONE,
+    behind.manifest.options.view_space = ViewSpace::Before {
+        view_cell: ViewCell::Box {
+            center: DVec3::Z * -100.0,
+            size: DVec3::ONE,
+        },
     };
     let why = behind.refused();
     assert!(why.contains("the layers do not fit together"), "{why}");

@@ -2,13 +2,14 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use xtask::{BakeOptions, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport};
+use xtask::{Arrangement, BakeOptions, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport};
 
 /// A bake of a scene for a picture of `resolution` pixels a side.
 pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOptions {
     BakeOptions {
         scene,
         view_cell: None,
+        arrangement: Arrangement::Before,
         resolution,
         fov_degrees: 45.0,
         exclude: Vec::new(),
