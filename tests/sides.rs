@@ -288,8 +288,8 @@ fn walls_across_the_borders_have_no_seams() {
     assert_eq!(holes(&hall(), &impostors, &cameras), 0);
 }
 
-/// From every side at once: each impostor holds for its side, and the six are the same size as the
-/// object.
+/// Each of six impostors holds for the viewers on its side; what only viewers on the other side of a
+/// surface should see is counted.
 #[test]
 fn views_from_all_around_hold() {
     let folder = tempfile::tempdir().unwrap();
@@ -305,7 +305,9 @@ fn views_from_all_around_hold() {
         assert_eq!(report.impostors.len(), 6);
         let report = verified(&dir, 72);
         assert!(report.holds, "{:?}", report.broken);
-        assert_eq!(report.gap_pixels, 0);
+        assert_eq!((report.gap_pixels, report.phantom_pixels), (0, 0));
+        // The house's porch has no underside, but a front that is seen from below it.
+        assert!(i > 0 || report.back_pixels > 0);
         let manifest = farfield_bundle::read(&dir).unwrap();
         let sides: Vec<_> = manifest.impostors.iter().map(|one| one.side).collect();
         assert_eq!(sides, Side::ALL.map(Some));

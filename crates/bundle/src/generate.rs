@@ -183,12 +183,13 @@ fn promises() -> impl Strategy<Value = Promise> {
     let count = || prop::option::of(any::<u64>());
     let figure = || prop::option::of(lengths());
     let figures = [figure(), figure(), figure(), figure()];
-    (count(), count(), figures, vec(texts(), 0..3)).prop_map(
-        |(gap_pixels, phantom_pixels, figures, notes)| {
+    ([count(), count(), count()], figures, vec(texts(), 0..3)).prop_map(
+        |([gap_pixels, phantom_pixels, back_pixels], figures, notes)| {
             let [parallax_px, coverage_error, coverage_change, colour_bias] = figures;
             Promise {
                 gap_pixels,
                 phantom_pixels,
+                back_pixels,
                 parallax_px,
                 coverage_error,
                 coverage_change,

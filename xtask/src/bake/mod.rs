@@ -236,9 +236,9 @@ const ANYWHERE: &str = "Texels are not magnified where the camera looks straight
 const ONE_AT_A_TIME: &str = "Of the impostors only the one on the viewer's side is to be shown: that \
     along whose axis the viewer is farthest from the centre.";
 
-/// The viewers on a side see a surface from up to 90 degrees apart.
+/// Viewers in a wide view space see a surface from very different directions.
 const FROM_BEHIND: &str = "Surfaces that are to be seen from one side only may be seen from behind, where \
-    others of the viewers on the same side see their front; phantom pixels are not promised.";
+    others of the viewers see their front; how many pixels show backs is not promised.";
 
 /// Masked materials are recorded so that no gap opens, which makes leaves larger by up to a texel.
 const MASKED: &str = "Masked surfaces reach up to a texel over their outlines, so among leaves \
@@ -261,7 +261,9 @@ pub(crate) fn promise(
     too_small: Option<String>,
 ) -> Promise {
     let masked = has_masks(scene);
-    let from_behind = matches!(space, ViewSpace::Around { .. }) && has_one_sided(scene);
+    // Of a narrow view cell none is seen from behind that another place sees the front of, but for
+    // surfaces that end in mid-air.
+    let from_behind = space.has_sides() && has_one_sided(scene);
     let by_centres = masked && foliage == farfield_bundle::Foliage::Centre;
     let note = match (masked, by_centres) {
         (_, true) => Some(BY_CENTRES),
@@ -278,7 +280,8 @@ pub(crate) fn promise(
     Promise {
         gap_pixels: (!by_centres).then_some(0),
         parallax_px: (!by_centres).then_some(1.0),
-        phantom_pixels: (!from_behind).then_some(0),
+        phantom_pixels: Some(0),
+        back_pixels: (!from_behind).then_some(0),
         colour_bias: Some(if masked { BIAS_AMONG_LEAVES } else { BIAS }),
         coverage_change: by_centres.then_some(0.05),
         notes: notes.into_iter().flatten().map(str::to_owned).collect(),

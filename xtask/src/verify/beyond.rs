@@ -77,6 +77,7 @@ fn holds(subject: &Subject<'_>, promise: &Promise, eyes: &[DVec3]) -> bool {
         let within = |count: usize, most: Option<u64>| most.is_none_or(|most| count as u64 <= most);
         within(found.gaps.len(), promise.gap_pixels)
             && within(found.phantoms.len(), promise.phantom_pixels)
+            && within(found.backs.len(), promise.back_pixels)
             && found.parallax.above.is_empty()
     })
 }

@@ -39,6 +39,14 @@ pub(super) fn broken(report: &VerifyReport, promise: &Promise) -> Vec<String> {
             places(&report.phantoms)
         ));
     }
+    if let Some(most) = count(report.back_pixels, promise.back_pixels) {
+        broken.push(format!(
+            "{} pixels show backs of surfaces that are to be seen from their fronts, promised at \
+             most {most}: {}",
+            report.back_pixels,
+            places(&report.backs)
+        ));
+    }
     let colour_bias = promise.colour_bias.filter(|_| is_judged(report));
     if let Some(most) = more(report.colour_bias.abs(), colour_bias) {
         let [r, g, b] = report.colour_bias_rgb.map(|bias| bias * 255.0);
@@ -73,6 +81,7 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
         [
             ("gap_pixels", count(promise.gap_pixels)),
             ("phantom_pixels", count(promise.phantom_pixels)),
+            ("back_pixels", count(promise.back_pixels)),
             ("parallax_px", promise.parallax_px),
             ("colour_bias", promise.colour_bias),
             ("coverage_error", promise.coverage_error),

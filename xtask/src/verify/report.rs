@@ -15,6 +15,9 @@ pub struct VerifyReport {
     pub gap_pixels: u64,
     /// Pixels that only the impostor covers, far from the original, in all views together.
     pub phantom_pixels: u64,
+    /// Pixels that the impostor covers where of the original only the backs of single-sided surfaces
+    /// are, in all views together.
+    pub back_pixels: u64,
     /// Share of the original's pixels that the impostor misses, over all views.
     pub coverage_error: f64,
     /// The farthest that a point appears from where it is, in pixels.
@@ -72,6 +75,8 @@ pub struct VerifyReport {
     pub gaps: Vec<Place>,
     /// The first thousand phantoms.
     pub phantoms: Vec<Place>,
+    /// The first thousand pixels that show backs.
+    pub backs: Vec<Place>,
     /// The first thousand points displaced by more than is promised.
     pub displaced: Vec<Place>,
 }
@@ -147,6 +152,7 @@ pub(super) fn summarise(
         views: totals.views,
         gap_pixels: totals.gap_pixels,
         phantom_pixels: totals.phantom_pixels,
+        back_pixels: totals.back_pixels,
         coverage_error: totals.coverage.error(),
         parallax_px: totals.parallax.max(),
         flip_mean: built_in.then(|| totals.flip.mean()),
@@ -182,6 +188,7 @@ pub(super) fn summarise(
         cost,
         gaps: totals.gaps.clone(),
         phantoms: totals.phantoms.clone(),
+        backs: totals.backs.clone(),
         displaced: totals.displaced.clone(),
     }
 }

@@ -48,7 +48,7 @@ pub(super) struct Subject<'a> {
 pub(super) const SEED: u64 = 0x7665_7269_6679;
 
 /// Distinguishes where cameras look from where they are.
-const AIM_SEED: u64 = 0x6169_6d;
+const AIM_SEED: u64 = 0x0061_696d;
 
 impl<'a> Subject<'a> {
     /// One impostor of a bundle and the part of the original that it stands for.
@@ -146,12 +146,17 @@ impl<'a> Subject<'a> {
         along(2, face(0), face(4))
     }
 
-    /// The original as far as it can be in a camera's picture, all of it before the camera.
+    /// The original, or what of it can be in a camera's picture, all before the camera.
     pub(super) fn before(&self, camera: &Camera) -> Cow<'a, Scene> {
         match self.lens.aim {
             Aim::Center => Cow::Borrowed(self.original.scene),
-            Aim::Anywhere => Cow::Owned(self.original.scene.clipped(&pyramid(camera))),
+            Aim::Anywhere => Cow::Owned(self.in_picture(camera)),
         }
+    }
+
+    /// The original as far as it can be in a camera's picture.
+    pub(super) fn in_picture(&self, camera: &Camera) -> Scene {
+        self.original.scene.clipped(&pyramid(camera))
     }
 
     /// The reference viewpoint, with the axis that the layers are across.

@@ -51,6 +51,12 @@ pub(super) fn promised_rows(report: &VerifyReport, promise: &Promise) -> Vec<Pro
             whole(promise.phantom_pixels),
             count,
         ),
+        row(
+            "pixels that show backs",
+            report.back_pixels as f64,
+            whole(promise.back_pixels),
+            count,
+        ),
         row("colour bias", report.colour_bias, colour_bias, levels),
         row(
             "coverage error",

@@ -10,6 +10,7 @@ pub(super) struct Totals {
     pub(super) views: u64,
     pub(super) gap_pixels: u64,
     pub(super) phantom_pixels: u64,
+    pub(super) back_pixels: u64,
     /// Surface points that are displaced by more than is promised.
     pub(super) displaced_pixels: u64,
     /// Surface points whose ray meets nothing of the impostor.
@@ -31,6 +32,8 @@ pub(super) struct Totals {
     pub(super) gaps: Vec<Place>,
     /// The first phantoms found.
     pub(super) phantoms: Vec<Place>,
+    /// The first pixels found that show backs.
+    pub(super) backs: Vec<Place>,
     /// The first points found that are displaced by more than is promised.
     pub(super) displaced: Vec<Place>,
     /// The first views, for the plot: the sequence of viewpoints is even from the start.
@@ -67,6 +70,7 @@ impl Totals {
         self.views += 1;
         self.gap_pixels += geometry.gaps.len() as u64;
         self.phantom_pixels += geometry.phantoms.len() as u64;
+        self.back_pixels += geometry.backs.len() as u64;
         self.displaced_pixels += geometry.parallax.above.len() as u64;
         self.unmet_pixels += geometry.parallax.unmet.len() as u64;
         self.coverage.covered += view.coverage.covered;
@@ -81,6 +85,7 @@ impl Totals {
         self.flip_of_views.record(view.flip.mean());
         note(&mut self.gaps, view.view, &geometry.gaps);
         note(&mut self.phantoms, view.view, &geometry.phantoms);
+        note(&mut self.backs, view.view, &geometry.backs);
         note(&mut self.displaced, view.view, &geometry.parallax.above);
         if self.dots.len() < MOST_DOTS {
             self.dots.push(Dot {

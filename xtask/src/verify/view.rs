@@ -9,6 +9,7 @@ use farfield_metrics::{
     gap_pixels, layer_indices, parallax, phantom_pixels, silhouette_displacement, ssim_errors,
 };
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
+use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::DVec3;
 use std::cell::OnceCell;
@@ -19,6 +20,9 @@ pub(super) struct Geometry {
     pub(super) gaps: Vec<[u32; 2]>,
     /// Pixels that only the impostor covers, far from the original.
     pub(super) phantoms: Vec<[u32; 2]>,
+    /// Pixels that the impostor covers where of the original only the backs of surfaces are, which
+    /// are to be seen from their fronts.
+    pub(super) backs: Vec<[u32; 2]>,
     pub(super) parallax: ParallaxErrors,
 }
 
@@ -42,7 +46,10 @@ impl ViewFigures {
     pub(super) fn is_worse_than(&self, other: &Self) -> bool {
         let wrong = |view: &Self| {
             let geometry = &view.geometry;
-            geometry.gaps.len() + geometry.phantoms.len() + geometry.parallax.above.len()
+            geometry.gaps.len()
+                + geometry.phantoms.len()
+                + geometry.backs.len()
+                + geometry.parallax.above.len()
         };
         let look = |view: &Self| view.flip.mean().max(view.ssim.mean());
         let order = wrong(self).cmp(&wrong(other));
@@ -161,9 +168,13 @@ fn compare_geometry(
             .nearest_to_range(reference.eye, direction, range)
     };
     let close_look = CloseLook::new(subject, camera);
+    let alone = far_from(subject, camera, suspects, touched);
+    let phantoms = far_from(subject, camera, alone.clone(), touched_on_any_side);
+    let backs = alone.into_iter().filter(|at| !phantoms.contains(at));
     Geometry {
         gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
-        phantoms: convicted(subject, camera, suspects),
+        backs: backs.collect(),
+        phantoms,
         parallax: parallax(
             &original.depth,
             &impostor.depth,
@@ -284,9 +295,16 @@ fn touched_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
 /// Side of the tiles that suspects are looked at in, in pixels: bounds time and memory.
 const TILE: u32 = 64;
 
-/// The phantom pixels among suspects: those with nothing of the original near them, however thin,
-/// that a sample a pixel could have missed.
-fn convicted(subject: &Subject<'_>, camera: &Camera, mut suspects: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
+/// The pixels among suspects with nothing of the original in their 5 x 5 neighbourhoods, however
+/// thin, that a sample a pixel could have missed.
+///
+/// * `touched` - the pixels of a camera that something of the original touches
+fn far_from(
+    subject: &Subject<'_>,
+    camera: &Camera,
+    mut suspects: Vec<[u32; 2]>,
+    touched: impl Fn(&Subject<'_>, &Camera) -> BitMask,
+) -> Vec<[u32; 2]> {
     let tile = |[x, y]: &[u32; 2]| (y / TILE, x / TILE);
     suspects.sort_by_key(tile);
     let tiles = suspects.chunk_by(|a, b| tile(a) == tile(b));
@@ -316,8 +334,21 @@ fn convicted(subject: &Subject<'_>, camera: &Camera, mut suspects: Vec<[u32; 2]>
 
 /// The pixels that anything of the original touches, hidden or not.
 fn touched(subject: &Subject<'_>, camera: &Camera) -> BitMask {
+    touched_by(&subject.before(camera), subject, camera)
+}
+
+/// The pixels that anything of the original touches or would, were all of it seen from both sides.
+fn touched_on_any_side(subject: &Subject<'_>, camera: &Camera) -> BitMask {
+    let mut scene = subject.in_picture(camera);
+    for material in &mut scene.materials {
+        material.double_sided = true;
+    }
+    touched_by(&scene, subject, camera)
+}
+
+fn touched_by(scene: &Scene, subject: &Subject<'_>, camera: &Camera) -> BitMask {
     let everything = record(
-        &subject.before(camera),
+        scene,
         subject.original.textures,
         camera,
         &[0.0, f64::INFINITY],
