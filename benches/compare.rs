@@ -17,7 +17,7 @@ use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;
-use xtask::{Arrangement, BakeOptions, Console, Foliage, ViewCellSpec, bake};
+use xtask::{Arrangement, BakeOptions, Channels, Console, Foliage, ViewCellSpec, bake};
 
 /// Viewpoints, the reference viewpoint and the cell's corners first.
 const VIEWS: u64 = 64;
@@ -171,6 +171,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
         bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
+        channels: Channels::Lit,
         out: Some(folder.path().to_owned()),
     };
     bake(&options, &Console::Silent).expect("the model bakes");

@@ -8,6 +8,7 @@ use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use glam::DVec3;
 use std::path::PathBuf;
+use xtask::Channels;
 use xtask::layered::{Settings, cull, place, record_layers};
 use xtask::{BuiltIn, SceneChoice};
 
@@ -109,6 +110,7 @@ pub(crate) fn prepare(model: Model) -> Layered {
         bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
+        channels: Channels::Lit,
     };
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
     let recording = record_layers(&scene, &Textures::new(&scene), &stack, &cell, Foliage::Any);

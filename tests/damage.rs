@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
-use xtask::{Arrangement, BakeOptions, Console, Foliage, SceneChoice, bake};
+use xtask::{Arrangement, BakeOptions, Channels, Console, Foliage, SceneChoice, bake};
 
 /// What happens to a file's bytes.
 #[derive(Clone, Debug)]
@@ -191,6 +191,7 @@ pub(crate) fn bake_good(folder: &Path) {
         bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
+        channels: Channels::Lit,
         out: Some(folder.join("bundle")),
     };
     bake(&options, &Console::Silent).unwrap();

@@ -7,6 +7,7 @@ use farfield_sampling::{Foliage, Recording, Textures};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell, low_discrepancy_point};
 use glam::{DVec2, DVec3};
+use xtask::Channels;
 use xtask::layered::{Settings, cull, place, record_layers, recording_camera};
 
 /// A layered recording before and after culling, and where its layers are.
@@ -29,6 +30,7 @@ fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
         bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
+        channels: Channels::Lit,
     };
     let stack = place(scene, &settings).unwrap();
     let (width, height) = (stack.width, stack.height);

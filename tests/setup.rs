@@ -2,7 +2,9 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use xtask::{Arrangement, BakeOptions, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport};
+use xtask::{
+    Arrangement, BakeOptions, Channels, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport,
+};
 
 /// A bake of a scene for a picture of `resolution` pixels a side.
 pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOptions {
@@ -16,6 +18,7 @@ pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOp
         bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
+        channels: Channels::Lit,
         out: Some(out.to_owned()),
     }
 }

@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    Arrangement, BakeOptions, BakeReport, BuiltIn, Console, Foliage, SceneChoice, VerifyOptions,
-    VerifyReport, ViewCellSpec, bake, verify,
+    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, SceneChoice,
+    VerifyOptions, VerifyReport, ViewCellSpec, bake, verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -70,6 +70,9 @@ struct BakeArgs {
     /// How leaves and other masked materials are recorded.
     #[arg(long, value_enum, default_value_t = FoliageArg::Any)]
     foliage: FoliageArg,
+    /// What the pages hold.
+    #[arg(long, value_enum, default_value_t = ChannelsArg::Lit)]
+    channels: ChannelsArg,
     /// Verifies the bundle from 256 viewpoints, as `verify` does.
     #[arg(long)]
     verify: bool,
@@ -93,6 +96,16 @@ enum FoliageArg {
     Any,
     /// The middle of a texel decides: as much is covered as by the original, with gaps.
     Centre,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ChannelsArg {
+    /// Colours under a plain sun and sky, shown as they are.
+    Lit,
+    /// Base colours, shown as they are.
+    Unlit,
+    /// Base colours, normals, metallic and roughness, for engines that light them.
+    Pbr,
 }
 
 /// Viewpoints that a bundle is verified from unless asked otherwise.
@@ -152,6 +165,11 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         foliage: match args.foliage {
             FoliageArg::Any => Foliage::Any,
             FoliageArg::Centre => Foliage::Centre,
+        },
+        channels: match args.channels {
+            ChannelsArg::Lit => Channels::Lit,
+            ChannelsArg::Unlit => Channels::Unlit,
+            ChannelsArg::Pbr => Channels::Pbr,
         },
         out: args.out,
     };

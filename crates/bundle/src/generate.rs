@@ -4,8 +4,8 @@ use crate::certificate::{
     Beyond, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate, ProvedBound, WorstFigures,
 };
 use crate::manifest::{
-    Body, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest, Options,
-    Promise, SceneSource, Statistics, Technique, VERSION,
+    Body, Channels, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest,
+    Options, Promise, SceneSource, Statistics, Technique, VERSION,
 };
 use crate::{Cost, FileRecord, GLTF_FILE, NewFile, Side, ViewSpace, sha256_hex};
 use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
@@ -203,7 +203,12 @@ fn promises() -> impl Strategy<Value = Promise> {
 /// Manifests that pass the check, as they are after writing a GLB file that is `x`.
 pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
     let foliage = prop_oneof![Just(Foliage::Any), Just(Foliage::Centre)];
-    let technique = (lengths(), any::<u32>(), foliage);
+    let channels = prop_oneof![
+        Just(Channels::Lit),
+        Just(Channels::Unlit),
+        Just(Channels::Pbr)
+    ];
+    let technique = (lengths(), any::<u32>(), foliage, channels);
     let options = (
         1..=16384u32,
         1e-3..179.9f64,
@@ -237,6 +242,7 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
                 bytes_per_quad: technique.0,
                 page_size: technique.1,
                 foliage: technique.2,
+                channels: technique.3,
             },
             options: Options {
                 resolution: options.0,
@@ -454,6 +460,7 @@ pub(crate) fn sample() -> Manifest {
             bytes_per_quad: 104.0,
             page_size: 4096,
             foliage: Foliage::Any,
+            channels: Channels::Lit,
         },
         options: Options {
             resolution: 512,

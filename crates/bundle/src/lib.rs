@@ -27,7 +27,7 @@ pub use checksum::sha256_hex;
 pub use error::{BundleError, ManifestError};
 pub use glb::{GlbTooLarge, cost, glb_from_scene};
 pub use manifest::{
-    Body, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator, Impostor, LayerRecord,
+    Body, Channels, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator, Impostor, LayerRecord,
     LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SCHEMA, SceneSource, Statistics,
     Technique, VERSION,
 };

@@ -82,6 +82,8 @@ pub enum Technique {
         page_size: u32,
         /// How masked materials are recorded.
         foliage: Foliage,
+        /// What the pages hold.
+        channels: Channels,
     },
 }
 
@@ -102,6 +104,18 @@ pub enum Foliage {
     Any,
     /// A texel is set where its centre passes the cutoff: the coverage is kept.
     Centre,
+}
+
+/// What the pages of a bundle hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Channels {
+    /// Colours under a plain sun and sky, to be shown as they are.
+    Lit,
+    /// Base colours, to be shown as they are.
+    Unlit,
+    /// Base colours, normals, metallic and roughness, and what shines by itself, to be lit.
+    Pbr,
 }
 
 /// The settings that all techniques share.

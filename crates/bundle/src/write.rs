@@ -39,7 +39,7 @@ pub struct NewFile {
 ///     format: FORMAT.into(),
 ///     version: VERSION,
 ///     generator: Generator { name: "example".into(), version: "1.0".into() },
-///     technique: Technique::Layered { bytes_per_quad: 104.0, page_size: 4096, foliage: Foliage::Any },
+///     technique: Technique::Layered { bytes_per_quad: 104.0, page_size: 4096, foliage: Foliage::Any, channels: Channels::Lit },
 ///     options: Options { resolution: 512, fov_degrees: 45.0, view_space: ViewSpace::Before { view_cell: cell }, exclude: vec![] },
 ///     scene: SceneSource::BuiltIn { name: "house".into(), size: 1, seed: 0 },
 ///     promise: Promise { gap_pixels: Some(0), parallax_px: Some(1.0), ..Promise::default() },

@@ -22,7 +22,7 @@ pub use geometry::seen_bounds;
 pub use light::{Lighting, lit_color};
 pub use rasterize::{NONE, Visibility, rasterize, shade};
 
-pub use record::{Foliage, LayerMasks, Recording, Sample, record, sample_colors};
+pub use record::{Foliage, LayerMasks, Recording, Sample, record, sample_colors, sample_surfaces};
 pub use surface::{Hit, Surface, surface_at};
 pub use textures::{Textures, linear_from_srgb, srgb_from_linear};
 pub use trace::Tracer;

@@ -5,7 +5,7 @@ use crate::coverage::{Outline, nearest_on_border};
 use crate::geometry::{Drawn, Interpolation, batches, run_in_view};
 use crate::masked::Masked;
 use crate::piece::{Corner, Piece, Viewpoint, cut_to_slab, whole};
-use crate::surface::Hit;
+use crate::surface::{Hit, Surface};
 use crate::texel_search::TexelSearch;
 use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
 use farfield_grid::BitMask;
@@ -95,6 +95,17 @@ pub fn sample_colors(
         lit_color(&surface, light).to_array().map(byte)
     };
     samples.par_iter().map(color).collect()
+}
+
+/// The materials of samples before any light, textures filtered for the camera that recorded them.
+pub fn sample_surfaces(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    samples: &[Sample],
+) -> Vec<Surface> {
+    let surface = |sample: &Sample| surface_at(scene, textures, camera, &sample.hit);
+    samples.par_iter().map(surface).collect()
 }
 
 /// Rows of texels that one thread works on at a time.

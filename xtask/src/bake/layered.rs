@@ -1,6 +1,7 @@
 //! Layered impostors: place, record, cull, grow, pack, paint
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
+use super::channels::{self, Channels};
 use crate::console::Console;
 use crate::view_cell::{self, represented_box};
 use anyhow::{Result, bail};
@@ -12,10 +13,13 @@ use farfield_layers::{
     Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view_of_hull, smallest_texel,
     stack,
 };
-use farfield_pages::{ALPHA_CUTOFF, GUTTER, LayerTexels, Patch, blank_page, paint, quad_scene};
+use farfield_pages::{
+    ALPHA_CUTOFF, GUTTER, LayerTexels, LightPages, Patch, blank_page, make_lit, paint, quad_scene,
+};
 use farfield_quads::{Price, cover};
 use farfield_sampling::{
-    Foliage, Lighting, Recording, Sample, Textures, record, sample_colors, seen_bounds,
+    Foliage, Lighting, Recording, Sample, Textures, record, sample_colors, sample_surfaces,
+    seen_bounds,
 };
 use farfield_scene::{AlphaMode, Scene};
 use farfield_views::{Camera, ViewCell};
@@ -38,6 +42,8 @@ pub struct Settings {
     pub page_size: u32,
     /// How masked materials are recorded.
     pub foliage: Foliage,
+    /// What the pages hold.
+    pub channels: Channels,
 }
 
 /// A layered impostor: its description and what is displayed.
@@ -90,17 +96,27 @@ pub(super) fn bake(
         layers.map(|layer| cover(&opaque(layer), &price)).collect()
     });
 
-    let (pages, patches) = console.stage("pack", || arrange(&rects, settings.page_size))?;
-    let pages = console.stage("paint", || {
-        let light = Lighting::default();
-        let colors = sample_colors(scene, textures, &camera, &visible.samples, &light);
-        paint_pages(&visible, &colors, [width, height], &patches, &pages)
+    let (sizes, patches) = console.stage("pack", || arrange(&rects, settings.page_size))?;
+    let (pages, light) = console.stage("paint", || {
+        let painted =
+            |colors: &[[u8; 3]]| paint_pages(&visible, colors, [width, height], &patches, &sizes);
+        paint_channels(
+            scene,
+            textures,
+            &camera,
+            &visible,
+            settings.channels,
+            painted,
+        )
     });
 
     let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
     let represented = represented_box(scene)?;
     let [min, max] = represented;
     let mut display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
+    if let Some(light) = light {
+        make_lit(&mut display, &light);
+    }
     for material in &mut display.materials {
         let cutoff = shown_from(settings.foliage);
         material.alpha = AlphaMode::Mask { cutoff };
@@ -248,6 +264,36 @@ fn arrange(rects: &[Vec<Rect>], page_size: u32) -> Result<(Vec<[u32; 2]>, Vec<Pa
         .collect();
     patches.sort_by_key(|patch| patch.page);
     Ok((atlas.pages, patches))
+}
+
+/// The pages of colours, and those beside them for engines that light them.
+fn paint_channels(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    visible: &Recording,
+    channels: Channels,
+    painted: impl Fn(&[[u8; 3]]) -> Vec<Grid<[u8; 4]>>,
+) -> (Vec<Grid<[u8; 4]>>, Option<LightPages>) {
+    let samples = &visible.samples;
+    match channels {
+        Channels::Lit | Channels::Unlit => {
+            let light = Lighting::default();
+            let colors = sample_colors(scene, textures, camera, samples, &light);
+            (painted(&colors), None)
+        }
+        Channels::Pbr => {
+            let surfaces = sample_surfaces(scene, textures, camera, samples);
+            let texels = channels::texels(&surfaces, &camera.pose);
+            let emissive = texels.emissive;
+            let light = LightPages {
+                normal: painted(&texels.normal),
+                metallic_roughness: painted(&texels.metallic_roughness),
+                emissive: emissive.map(|(texels, strength)| (painted(&texels), strength)),
+            };
+            (painted(&texels.base_color), Some(light))
+        }
+    }
 }
 
 /// Copies the texels of all layers, of `layer_size` each, into pages of `page_sizes`.

@@ -1,6 +1,9 @@
 //! From a scene to a bundle.
 
+pub(crate) mod channels;
 pub mod layered;
+
+pub use channels::Channels;
 
 use crate::console::{Console, peak_rss_bytes};
 use crate::parts::{self, Part};
@@ -58,6 +61,8 @@ pub struct BakeOptions {
     pub page_size: u32,
     /// How masked materials are recorded.
     pub foliage: Foliage,
+    /// What the pages hold.
+    pub channels: Channels,
     /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
     pub out: Option<PathBuf>,
 }
@@ -129,6 +134,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         resolution: options.resolution,
     };
     let space = view_space::resolve(options, &mut loaded.scene, &lens).with_context(in_scene)?;
+    channels::prepare(&mut loaded.scene, options.channels);
     let scene = &loaded.scene;
     console.say(format_args!(
         "  view space {}",
@@ -179,6 +185,11 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             bytes_per_quad: options.bytes_per_quad,
             page_size: options.page_size,
             foliage,
+            channels: match options.channels {
+                Channels::Lit => farfield_bundle::Channels::Lit,
+                Channels::Unlit => farfield_bundle::Channels::Unlit,
+                Channels::Pbr => farfield_bundle::Channels::Pbr,
+            },
         },
         options: Options {
             resolution: options.resolution,
@@ -312,6 +323,7 @@ fn settings(options: &BakeOptions, part: &Part<'_>) -> layered::Settings {
         bytes_per_quad: options.bytes_per_quad,
         page_size: options.page_size,
         foliage: options.foliage,
+        channels: options.channels,
     }
 }
 
@@ -319,9 +331,19 @@ fn settings(options: &BakeOptions, part: &Part<'_>) -> layered::Settings {
 fn joined(baked: &[Baked]) -> Scene {
     let mut all = Scene::default();
     baked.iter().for_each(|one| all.append(&one.display));
-    for (i, (image, material)) in all.images.iter_mut().zip(&mut all.materials).enumerate() {
-        image.name = format!("{i:03}");
+    for (i, material) in all.materials.iter_mut().enumerate() {
         material.name = format!("page {i}");
+        for (texture, kind) in [
+            (material.base_color_texture, ""),
+            (material.normal_texture, "-normal"),
+            (material.metallic_roughness_texture, "-metallic-roughness"),
+            (material.emissive_texture, "-emissive"),
+        ] {
+            if let Some(texture) = texture {
+                let image = all.textures[texture as usize].image;
+                all.images[image as usize].name = format!("{i:03}{kind}");
+            }
+        }
     }
     all
 }

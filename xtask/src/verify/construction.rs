@@ -4,7 +4,7 @@
 use super::subject::Subject;
 use crate::bake::layered::{recording_camera, shown_from, texels_sha256};
 use anyhow::{Context, Result};
-use farfield_bundle::ProvedBound;
+use farfield_bundle::{Channels, ProvedBound};
 use farfield_layers::{Guarantee, guarantee};
 use farfield_pages::{Patch, opaque_texels, patches_of};
 use farfield_scene::{AlphaMode, Material};
@@ -109,18 +109,31 @@ fn bounds(found: &Guarantee) -> (Vec<ProvedBound>, Vec<String>) {
 }
 
 /// The first material that does not show its page as a mask, as it was baked: clients would sort
-/// or light it, or cut its texels elsewhere.
+/// it, light it or not, or cut its texels elsewhere.
 fn other_material(subject: &Subject<'_>) -> Option<String> {
     let cutoff = shown_from(subject.foliage);
-    let is_mask = |m: &&Material| m.unlit && m.alpha == AlphaMode::Mask { cutoff };
+    let is_lit = |m: &Material| {
+        !m.unlit && m.normal_texture.is_some() && m.metallic_roughness_texture.is_some()
+    };
+    let is_mask = |m: &&Material| {
+        let is_shown_as_baked = match subject.channels {
+            Channels::Lit | Channels::Unlit => m.unlit,
+            Channels::Pbr => is_lit(m),
+        };
+        is_shown_as_baked && m.alpha == AlphaMode::Mask { cutoff }
+    };
     let other = subject
         .impostor
         .scene
         .materials
         .iter()
         .find(|m| !is_mask(m))?;
+    let kind = match subject.channels {
+        Channels::Lit | Channels::Unlit => "an unlit mask",
+        Channels::Pbr => "a lit mask with pages of normals, metallic and roughness",
+    };
     Some(format!(
-        "material '{}' is not an unlit mask with an alpha cutoff of {cutoff}",
+        "material '{}' is not {kind} with an alpha cutoff of {cutoff}",
         other.name
     ))
 }
@@ -135,7 +148,12 @@ fn other_texels(patches: &[Patch], subject: &Subject<'_>) -> Option<String> {
     let pages = &subject.impostor.scene.images;
     // Quads that share what they show could have any number of texels.
     let shown: u64 = patches.iter().map(|patch| patch.rect.area()).sum();
-    let held: u64 = pages.iter().map(|page| page.texels.len() as u64).sum();
+    let materials = subject.impostor.scene.materials.iter();
+    let held: u64 = materials
+        .filter_map(|material| material.base_color_texture)
+        .map(|texture| subject.impostor.scene.textures[texture as usize].image)
+        .map(|image| pages[image as usize].texels.len() as u64)
+        .sum();
     if shown > held {
         return Some(format!(
             "the quads show {shown} texels, more than the {held} of the pages: they share some"

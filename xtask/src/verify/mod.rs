@@ -70,6 +70,10 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut original = original.scene;
     let space = &manifest.options.view_space;
     let kept = keep_represented(&mut original, space);
+    let Technique::Layered {
+        foliage, channels, ..
+    } = manifest.technique;
+    bake::channels::prepare(&mut original, channels_of(channels));
     let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
     let lens = PromisedCamera {
@@ -108,7 +112,6 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             impostor: farfield_bundle::cost(&display),
         },
     );
-    let Technique::Layered { foliage, .. } = manifest.technique;
     let least = bake::promise(&original, space, foliage, None);
     report.broken = promise::loosened(&manifest.promise, &least);
     report
@@ -188,6 +191,14 @@ fn command(options: &VerifyOptions) -> String {
     let scene = options.scene.as_deref().map(quoted);
     let scene = scene.map_or(String::new(), |scene| format!(" --scene {scene}"));
     format!("cargo xtask verify {}{scene}", quoted(&options.dir))
+}
+
+fn channels_of(channels: farfield_bundle::Channels) -> bake::Channels {
+    match channels {
+        farfield_bundle::Channels::Lit => bake::Channels::Lit,
+        farfield_bundle::Channels::Unlit => bake::Channels::Unlit,
+        farfield_bundle::Channels::Pbr => bake::Channels::Pbr,
+    }
 }
 
 /// Checks that there is an impostor for every part of the original, and for nothing else.

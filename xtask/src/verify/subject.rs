@@ -2,7 +2,7 @@
 
 use crate::parts::Part;
 use anyhow::{Result, bail};
-use farfield_bundle::{Body, Impostor, LayeredBody, Manifest, Technique};
+use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, Textures, Tracer};
 use farfield_scene::Scene;
@@ -34,6 +34,8 @@ pub(super) struct Subject<'a> {
     pub(super) borders: Vec<f64>,
     /// How masked materials were recorded.
     pub(super) foliage: Foliage,
+    /// What the pages hold.
+    pub(super) channels: Channels,
     pub(super) cell: ViewCell,
     /// Least and greatest corner of what is represented, in the world.
     pub(super) represented: [DVec3; 2],
@@ -60,6 +62,9 @@ impl<'a> Subject<'a> {
         quads: Side<'a>,
     ) -> Result<Self> {
         let Body::Layered(body) = &impostor.body;
+        let Technique::Layered {
+            foliage, channels, ..
+        } = manifest.technique;
         require_same_box(impostor.represented, part.represented)?;
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
@@ -73,13 +78,11 @@ impl<'a> Subject<'a> {
             stack: stack_of(body),
             texels_sha256: checksums.collect(),
             borders: body.borders(),
-            foliage: match manifest.technique {
-                Technique::Layered {
-                    foliage: farfield_bundle::Foliage::Centre,
-                    ..
-                } => Foliage::Centre,
-                Technique::Layered { .. } => Foliage::Any,
+            foliage: match foliage {
+                farfield_bundle::Foliage::Any => Foliage::Any,
+                farfield_bundle::Foliage::Centre => Foliage::Centre,
             },
+            channels,
             cell: part.cell,
             represented: part.represented,
             hull: part.hull,
