@@ -156,6 +156,10 @@ const BESIDE: [DVec2; 8] = [
     DVec2::new(1.0, 1.0),
 ];
 
+/// What the depth of a quad may be off its layer, as a share of it: files hold positions as `f32`. The
+/// range of a flat scene has no thickness.
+const ROUNDING: f64 = 1e-6;
+
 /// How far in depth from its range a ray shows a point, and how far on the screen from where it
 /// is, in pixels; `None` where nothing is met.
 ///
@@ -177,7 +181,12 @@ fn displacement(
     let ray = direction + reference.right * texels.x + reference.down * texels.y;
     let depth = meet(ray, range)?;
     let in_view = camera.pose.point_in_view(reference.eye + ray * depth);
-    let beyond = (range[0] - depth).max(depth - range[1]).max(0.0);
+    let beyond = (range[0] - depth).max(depth - range[1]);
+    let beyond = if beyond <= depth * ROUNDING {
+        0.0
+    } else {
+        beyond
+    };
     let error = camera.pixel_from_view(in_view).distance(pixel);
     (in_view.z > 0.0 && error.is_finite()).then_some((beyond, error))
 }
@@ -279,6 +288,24 @@ mod tests {
             let found = parallax(&depth, &depth, &camera, &recorded(), 0.1, meet, |_, _| false);
             prop_assert_eq!(found.errors.count() as usize, seen(&depth));
             prop_assert!(found.errors.max() < 1e-11, "{}", found.errors.max());
+        }
+
+        /// The range of what is flat has no thickness, and a quad read from a file lies beside it by
+        /// the rounding of its coordinates: the point's own ray meets it all the same.
+        #[test]
+        fn a_flat_scene_is_not_displaced_by_rounding(off in -1e-7..1e-7f64) {
+            let recorded = RecordedFrom { borders: &[10.0, 10.0], ..recorded() };
+            let camera = camera(recorded.reference);
+            let depth = Grid::filled(6, 4, 10.0);
+            // Rays beside the point's own happen to round the other way.
+            let meet = |ray: DVec3, [near, _]: [f64; 2]| {
+                let pixel = camera.pixel_from_view(recorded.reference.point_in_view(
+                    recorded.reference.eye + ray)).fract() - 0.5;
+                let own = pixel.abs().max_element() < 1e-6;
+                Some(if own { near * (1.0 + off) } else { near })
+            };
+            let found = parallax(&depth, &depth, &camera, &recorded, 0.1, meet, |_, _| false);
+            prop_assert!(found.errors.max() < 1e-5, "{}", found.errors.max());
         }
 
         /// A point that is not there is hidden exactly where the impostor shows a nearer layer that
