@@ -1,0 +1,55 @@
+//! Voxels for tests.
+
+use crate::VoxelLayers;
+use proptest::prelude::*;
+
+/// Columns, rows and layers of a blob.
+pub(crate) const SIDE: u16 = 6;
+
+/// Any voxels of a small grid.
+#[derive(Clone, Debug)]
+pub(crate) struct Blob {
+    layers: Vec<Vec<[u16; 2]>>,
+}
+
+impl Blob {
+    /// Those of `count` layers for which `is_there` (column, row, layer) holds.
+    pub(crate) fn of(count: usize, is_there: impl Fn(u16, u16, usize) -> bool) -> Self {
+        let layer = |l: usize| {
+            let all = (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| [x, y]));
+            all.filter(|[x, y]| is_there(*x, *y, l)).collect()
+        };
+        Self {
+            layers: (0..count).map(layer).collect(),
+        }
+    }
+
+    pub(crate) fn layers(&self) -> VoxelLayers<'_> {
+        VoxelLayers {
+            width: SIDE.into(),
+            height: SIDE.into(),
+            layers: &self.layers,
+        }
+    }
+
+    pub(crate) fn contains(&self, x: u16, y: u16, layer: usize) -> bool {
+        let found = self.layers.get(layer);
+        found.is_some_and(|layer| layer.contains(&[x, y]))
+    }
+}
+
+/// Voxels at random: sparse ones, dense ones, and surfaces.
+pub(crate) fn blobs() -> impl Strategy<Value = Blob> {
+    let noise = (prop::collection::vec(any::<u8>(), 216), 30..220u8).prop_map(|(bytes, most)| {
+        Blob::of(6, |x, y, l| {
+            bytes[usize::from(x) + 6 * usize::from(y) + 36 * l] < most
+        })
+    });
+    let surface = prop::array::uniform3(-1.5..1.5f32).prop_map(|[a, b, c]| {
+        Blob::of(6, |x, y, l| {
+            let depth = 2.5 + a * (f32::from(x) - 3.0) + b * (f32::from(y) - 3.0);
+            (depth + c - l as f32).abs() < 0.5 + (a.abs() + b.abs()) / 2.0
+        })
+    });
+    prop_oneof![noise, surface]
+}
