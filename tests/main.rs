@@ -8,6 +8,7 @@ mod house;
 mod import;
 mod models;
 mod occlusion;
+mod outliers;
 mod sabotage;
 mod setup;
 mod town;

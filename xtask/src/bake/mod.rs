@@ -3,6 +3,7 @@
 pub mod layered;
 
 use crate::console::{Console, peak_rss_bytes};
+use crate::outliers;
 use crate::source::{self, SceneChoice};
 use crate::view_cell::{self, SMALLEST_TEXEL, ViewCellSpec};
 use anyhow::{Context, Result};
@@ -102,7 +103,11 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         .unwrap_or_else(|| format!("target/farfield/{name}-{TECHNIQUE}").into());
     farfield_bundle::require_replaceable(&dir)?;
 
-    let loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let mut loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let mut exclude = options.exclude.clone();
+    if options.view_cell.is_none() {
+        exclude.extend(outliers::leave_out(&mut loaded.scene, &mut loaded.warnings));
+    }
     let scene = &loaded.scene;
     let settings = settings(options, scene).with_context(|| options.scene.to_string())?;
     console.say(format_args!(
@@ -140,7 +145,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             resolution: options.resolution,
             fov_degrees: options.fov_degrees,
             view_cell: settings.cell,
-            exclude: options.exclude.clone(),
+            exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, &dir)?,
         promise: promise(scene, foliage, too_small),
