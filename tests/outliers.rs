@@ -3,7 +3,7 @@
 use crate::setup::{options, options_in_cell, verified, write_glb};
 use farfield_bundle::Manifest;
 use farfield_scene::{Material, Mesh, Object, Scene};
-use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 use std::f32::consts::TAU;
 use std::path::Path;
 use xtask::{BakeOptions, BuiltIn, Console, SceneChoice, bake};
@@ -79,7 +79,7 @@ fn baked(options: &BakeOptions) -> Manifest {
 }
 
 fn default_options(scene: SceneChoice, folder: &Path) -> BakeOptions {
-    options(scene, 128, &folder.join("bundle"))
+    options(scene, 256, &folder.join("bundle"))
 }
 
 /// The cell is that of the house alone, and what the bundle promises is kept, as `verify` leaves
@@ -96,7 +96,7 @@ fn a_dome_and_a_stray_are_left_out_of_bake_and_verify() {
     let manifest = baked(&default_options(scene, folder.path()));
     assert_eq!(manifest.options.exclude, ["sky", "forgotten"]);
     let alone = SceneChoice::BuiltIn(BuiltIn::House);
-    let alone = baked(&options(alone, 128, &folder.path().join("alone")));
+    let alone = baked(&options(alone, 256, &folder.path().join("alone")));
     assert_eq!(manifest.options.view_cell, alone.options.view_cell);
     assert_eq!(manifest.statistics.before, alone.statistics.before);
     for name in ["'sky' is left out", "'forgotten' is left out"] {
