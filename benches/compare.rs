@@ -173,6 +173,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
         foliage: Foliage::Any,
         channels: Channels::Lit,
         out: Some(folder.path().to_owned()),
+        dump: None,
     };
     bake(&options, &Console::Silent).expect("the model bakes");
     let manifest = farfield_bundle::read(folder.path()).expect("the bundle is sound");

@@ -193,6 +193,7 @@ pub(crate) fn bake_good(folder: &Path) {
         foliage: Foliage::Any,
         channels: Channels::Lit,
         out: Some(folder.join("bundle")),
+        dump: None,
     };
     bake(&options, &Console::Silent).unwrap();
 }

@@ -1,5 +1,6 @@
 //! What the tests share: options, folders and real models.
 
+use farfield_scene::Scene;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use xtask::{
@@ -20,6 +21,7 @@ pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOp
         foliage: Foliage::Any,
         channels: Channels::Lit,
         out: Some(out.to_owned()),
+        dump: None,
     }
 }
 
@@ -45,6 +47,21 @@ pub(crate) fn verified(dir: &Path, views: u64) -> VerifyReport {
         views: 0..views,
     };
     xtask::verify(&options, &Console::Silent).expect("the bundle can be verified")
+}
+
+/// Writes a scene and its images into a folder as glTF, and returns the file.
+pub(crate) fn write_glb(scene: &Scene, folder: &Path) -> PathBuf {
+    let uris: Vec<String> = (0..scene.images.len())
+        .map(|i| format!("{i}.png"))
+        .collect();
+    for (image, uri) in scene.images.iter().zip(&uris) {
+        let png = farfield_bundle::encode_png(image);
+        std::fs::write(folder.join(uri), png).expect("the image can be written");
+    }
+    let glb = farfield_bundle::glb_from_scene(scene, &uris).expect("the scene is small");
+    let path = folder.join("scene.glb");
+    std::fs::write(&path, glb).expect("the file can be written");
+    path
 }
 
 /// A real model, where the environment variable `FARFIELD_MODELS` names a folder that has it.

@@ -3,6 +3,8 @@
 mod bake;
 mod built_in;
 mod console;
+mod dump;
+mod outliers;
 mod parts;
 mod pictures;
 mod source;

@@ -87,11 +87,26 @@ fn number(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("'{text}' is not a number; {FORMS}"))
 }
 
-/// The cell that `spec` names for a represented box, or the default one.
+/// Where a represented box is seen from unless asked otherwise.
 ///
-/// By default a cube whose side is half the box's largest extent, its near face one extent before
-/// the +Z side, at the height of the centre, but not below the box's foot: nobody looks at a flat
-/// scene from under the ground.
+/// A cube whose side is half the box's largest extent, its near face one extent before the +Z
+/// side, at the height of the centre, but not below the box's foot: nobody looks at a flat scene
+/// from under the ground.
+pub(crate) fn default_cell([min, max]: [DVec3; 2]) -> ViewCell {
+    let center = (min + max) / 2.0;
+    let extent = (max - min).max_element();
+    let side = extent / 2.0;
+    ViewCell::Box {
+        center: DVec3::new(
+            center.x,
+            center.y.max(min.y + side / 2.0),
+            max.z + extent + side / 2.0,
+        ),
+        size: DVec3::splat(side),
+    }
+}
+
+/// The cell that `spec` names for a represented box, or the default one.
 pub(crate) fn resolve(
     spec: Option<&ViewCellSpec>,
     [min, max]: [DVec3; 2],
@@ -99,18 +114,7 @@ pub(crate) fn resolve(
 ) -> Result<ViewCell> {
     let center = (min + max) / 2.0;
     let cell = match spec {
-        None => {
-            let extent = (max - min).max_element();
-            let side = extent / 2.0;
-            ViewCell::Box {
-                center: DVec3::new(
-                    center.x,
-                    center.y.max(min.y + side / 2.0),
-                    max.z + extent + side / 2.0,
-                ),
-                size: DVec3::splat(side),
-            }
-        }
+        None => default_cell([min, max]),
         Some(&ViewCellSpec::Box { center, size }) => ViewCell::Box { center, size },
         Some(&ViewCellSpec::Shaft {
             axis,

@@ -34,4 +34,6 @@ pub use manifest::{
 pub use page::encode_png;
 pub use read::read;
 pub use view_space::{Side, ViewSpace};
-pub use write::{NewFile, require_replaceable, write};
+pub use write::{
+    FolderKind, NewFile, require_replaceable, require_replaceable_by, write, write_folder,
+};

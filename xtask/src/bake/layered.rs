@@ -3,10 +3,11 @@
 
 use super::channels::{self, Channels};
 use crate::console::Console;
+use crate::dump::{self, Recorded};
 use crate::view_cell::{self, represented_box};
 use anyhow::{Result, bail};
 use farfield_atlas::pack;
-use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody, Side};
+use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody, NewFile, Side};
 use farfield_culling::Culler;
 use farfield_grid::{Grid, Rect};
 use farfield_layers::{
@@ -65,12 +66,15 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
 }
 
 /// Bakes one layered impostor of a scene, which may be a part of the one that the textures are of.
+///
+/// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
     name: &str,
     side: Option<Side>,
     scene: &Scene,
     textures: &Textures<'_>,
     settings: &Settings,
+    dump: Option<&mut Vec<NewFile>>,
     console: &Console,
 ) -> Result<Baked> {
     let stack = console.stage("place", || place(scene, settings))?;
@@ -85,6 +89,20 @@ pub(super) fn bake(
             "no triangle can be seen from the view cell: all are single-sided and face away; \
              move the cell, or make the materials double-sided"
         );
+    }
+    if let Some(files) = dump {
+        let light = Lighting::default();
+        let recorded = console.stage("dump", || {
+            dump::files(&Recorded {
+                name,
+                scene,
+                stack: &stack,
+                colors: &sample_colors(scene, textures, &camera, &recording.samples, &light),
+                recording: &recording,
+                visible: &visible,
+            })
+        })?;
+        files.extend(recorded);
     }
     let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
         let price = Price {

@@ -6,6 +6,8 @@ pub mod layered;
 pub use channels::Channels;
 
 use crate::console::{Console, peak_rss_bytes};
+use crate::dump;
+use crate::outliers;
 use crate::parts::{self, Part};
 use crate::source::{self, SceneChoice};
 use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
@@ -65,6 +67,8 @@ pub struct BakeOptions {
     pub channels: Channels,
     /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
     pub out: Option<PathBuf>,
+    /// Where the recorded layers are written for people to look at; nowhere unless asked for.
+    pub dump: Option<PathBuf>,
 }
 
 /// What a bake made; field names are a published contract.
@@ -125,8 +129,15 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         .clone()
         .unwrap_or_else(|| format!("target/farfield/{name}-{TECHNIQUE}").into());
     farfield_bundle::require_replaceable(&dir)?;
+    if let Some(dump) = &options.dump {
+        dump::require_place(dump, &dir)?;
+    }
 
     let mut loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let mut exclude = options.exclude.clone();
+    if options.view_cell.is_none() {
+        exclude.extend(outliers::leave_out(&mut loaded.scene, &mut loaded.warnings));
+    }
     let in_scene = || options.scene.to_string();
     let lens = PromisedCamera {
         aim: Aim::Center,
@@ -142,6 +153,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     ));
     let parts = parts::parts(scene, &space, &lens).with_context(in_scene)?;
     let textures = console.stage("prepare textures", || Textures::new(scene));
+    let mut dumped = options.dump.as_ref().map(|_| Vec::new());
     let mut baked = Vec::new();
     for part in &parts {
         let name = match part.side {
@@ -152,7 +164,15 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             console.say(format_args!("  impostor {name}"));
         }
         let settings = settings(options, part);
-        let one = layered::bake(&name, part.side, &part.scene, &textures, &settings, console);
+        let one = layered::bake(
+            &name,
+            part.side,
+            &part.scene,
+            &textures,
+            &settings,
+            dumped.as_mut(),
+            console,
+        );
         baked.push(one.with_context(in_scene)?);
     }
     if baked.is_empty() {
@@ -195,7 +215,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             resolution: options.resolution,
             fov_degrees: options.fov_degrees,
             view_space: space.clone(),
-            exclude: options.exclude.clone(),
+            exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, &dir)?,
         promise: promise(scene, &space, foliage, too_small),
@@ -205,6 +225,10 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         files: Vec::new(),
         sha256: String::new(),
     };
+    // First, as its failure is the bake's.
+    if let (Some(dir), Some(files)) = (&options.dump, &dumped) {
+        console.stage("write dump", || dump::write(dir, files))?;
+    }
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
 
     summarise(&statistics, &dir, console);
