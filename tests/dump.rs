@@ -30,15 +30,17 @@ fn the_layers_are_those_that_were_recorded() {
 
     let scene = farfield_town::house(0);
     let settings = Settings {
-        cell: manifest.options.view_cell,
-        represented: manifest.impostors[0].represented,
+        cell: manifest.options.view_space.cell(None),
+        hull: farfield_layers::box_corners(manifest.impostors[0].represented),
         camera: farfield_layers::PromisedCamera {
+            aim: farfield_layers::Aim::Center,
             fov: manifest.options.fov_degrees.to_radians(),
             resolution: RESOLUTION,
         },
         bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
+        channels: xtask::Channels::Lit,
     };
     let stack = place(&scene, &settings).unwrap();
     let textures = Textures::new(&scene);

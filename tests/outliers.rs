@@ -97,7 +97,7 @@ fn a_dome_and_a_stray_are_left_out_of_bake_and_verify() {
     assert_eq!(manifest.options.exclude, ["sky", "forgotten"]);
     let alone = SceneChoice::BuiltIn(BuiltIn::House);
     let alone = baked(&options(alone, 256, &folder.path().join("alone")));
-    assert_eq!(manifest.options.view_cell, alone.options.view_cell);
+    assert_eq!(manifest.options.view_space, alone.options.view_space);
     assert_eq!(manifest.statistics.before, alone.statistics.before);
     for name in ["'sky' is left out", "'forgotten' is left out"] {
         let says = |warning: &&String| warning.contains(name) && warning.contains("--view-cell");
