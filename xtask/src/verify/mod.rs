@@ -4,6 +4,7 @@ mod beyond;
 mod certificate;
 mod construction;
 mod display;
+mod gaps;
 mod html;
 mod possible;
 mod promise;

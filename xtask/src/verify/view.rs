@@ -1,18 +1,20 @@
 //! One view of original and impostor, compared.
 
+use super::gaps::gaps;
 use super::subject::{Side, Subject};
 use crate::pictures;
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
     SilhouetteDisplacement, color_difference, compared_region, coverage, covered_in_any_sample,
-    gap_pixels, layer_indices, parallax, phantom_pixels, silhouette_displacement, ssim_errors,
+    layer_indices, parallax, phantom_pixels, silhouette_displacement, ssim_errors,
 };
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
 use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::DVec3;
 use std::cell::OnceCell;
+use std::ops::Range;
 
 /// Whether everything is where it should be in one view.
 pub(super) struct Geometry {
@@ -172,7 +174,12 @@ fn compare_geometry(
     let phantoms = far_from(subject, camera, alone.clone(), touched_on_any_side);
     let backs = alone.into_iter().filter(|at| !phantoms.contains(at));
     Geometry {
-        gaps: gap_pixels(&layers(&original.depth), &layers(&impostor.depth)),
+        gaps: gaps(
+            subject,
+            camera,
+            &layers(&original.depth),
+            &layers(&impostor.depth),
+        ),
         backs: backs.collect(),
         phantoms,
         parallax: parallax(
@@ -214,7 +221,7 @@ impl<'a> CloseLook<'a> {
     /// Whether the original touches this layer or a nearer one in the 5 x 5 neighbourhood of a
     /// pixel. Samples find most of what there is, and sooner.
     fn touches(&self, at: [u32; 2], layer: u32) -> bool {
-        self.least(&self.sampled, at, sampled_layers) <= layer
+        self.least(&self.sampled, at, nearest_sampled) <= layer
             || self.least(&self.touched, at, touched_layers) <= layer
     }
 
@@ -245,7 +252,23 @@ impl<'a> CloseLook<'a> {
 }
 
 /// Per pixel the least layer that a sample of the original shows.
-fn sampled_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
+fn nearest_sampled(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
+    of_samples(subject, camera, NONE, u32::min)
+}
+
+/// Per pixel the greatest layer that a sample of the original shows; [`NONE`] where one shows
+/// nothing.
+pub(super) fn farthest_sampled(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
+    of_samples(subject, camera, 0, u32::max)
+}
+
+/// Per pixel the one of its samples' layers that `chosen` prefers to the others and to `start`.
+fn of_samples(
+    subject: &Subject<'_>,
+    camera: &Camera,
+    start: u32,
+    chosen: fn(u32, u32) -> u32,
+) -> Grid<u32> {
     let finer = Camera {
         width: camera.width * SAMPLES,
         height: camera.height * SAMPLES,
@@ -254,15 +277,15 @@ fn sampled_layers(subject: &Subject<'_>, camera: &Camera) -> Grid<u32> {
     let Side { scene, textures } = subject.original;
     let seen = rasterize(scene, textures, &finer);
     let samples = layer_indices(&seen.depth, &finer, subject.reference(), &subject.borders);
-    let mut least = Grid::filled(camera.width as usize, camera.height as usize, NONE);
+    let mut layers = Grid::filled(camera.width as usize, camera.height as usize, start);
     let samples_a_side = SAMPLES as usize;
     for y in 0..samples.height() {
         for (x, layer) in samples.row(y).iter().enumerate() {
-            let at = &mut least[(x / samples_a_side, y / samples_a_side)];
-            *at = (*layer).min(*at);
+            let at = &mut layers[(x / samples_a_side, y / samples_a_side)];
+            *at = chosen(*layer, *at);
         }
     }
-    least
+    layers
 }
 
 /// Per pixel the least layer that the original touches, hidden or not.
@@ -302,34 +325,47 @@ const TILE: u32 = 64;
 fn far_from(
     subject: &Subject<'_>,
     camera: &Camera,
-    mut suspects: Vec<[u32; 2]>,
+    suspects: Vec<[u32; 2]>,
     touched: impl Fn(&Subject<'_>, &Camera) -> BitMask,
+) -> Vec<[u32; 2]> {
+    in_tiles(camera, suspects, 2, |[columns, rows], suspects| {
+        let covered = touched(subject, &camera.window(&columns, &rows));
+        let mut ids = Grid::filled(covered.width(), covered.height(), NONE);
+        for [x, y] in suspects {
+            ids[((x - columns.start) as usize, (y - rows.start) as usize)] = 0;
+        }
+        phantom_pixels(&covered, &ids)
+    })
+}
+
+/// Looks again at suspects, tile by tile: what is found in the windows around those of each tile.
+///
+/// * `margin` - by how many pixels a window reaches over its suspects
+/// * `look` - takes columns and rows of a window, and the suspects; returns pixels in the window
+pub(super) fn in_tiles(
+    camera: &Camera,
+    mut suspects: Vec<[u32; 2]>,
+    margin: u32,
+    look: impl Fn([Range<u32>; 2], &[[u32; 2]]) -> Vec<[u32; 2]>,
 ) -> Vec<[u32; 2]> {
     let tile = |[x, y]: &[u32; 2]| (y / TILE, x / TILE);
     suspects.sort_by_key(tile);
     let tiles = suspects.chunk_by(|a, b| tile(a) == tile(b));
-    let mut phantoms: Vec<_> = tiles
+    let mut found: Vec<_> = tiles
         .flat_map(|suspects| {
-            // The suspects, and two more pixels on every side.
             let bound = |axis: usize, limit: u32| {
                 let along = suspects.iter().map(|at| at[axis]);
                 let (min, max) = (along.clone().min().unwrap_or(0), along.max().unwrap_or(0));
-                min.saturating_sub(2)..(max + 3).min(limit)
+                min.saturating_sub(margin)..(max + margin + 1).min(limit)
             };
-            let (columns, rows) = (bound(0, camera.width), bound(1, camera.height));
-            let covered = touched(subject, &camera.window(&columns, &rows));
-            let mut ids = Grid::filled(covered.width(), covered.height(), NONE);
-            for [x, y] in suspects {
-                ids[((x - columns.start) as usize, (y - rows.start) as usize)] = 0;
-            }
-            let phantoms = phantom_pixels(&covered, &ids);
-            phantoms
-                .into_iter()
-                .map(move |[x, y]| [x + columns.start, y + rows.start])
+            let window = [bound(0, camera.width), bound(1, camera.height)];
+            let [left, top] = [window[0].start, window[1].start];
+            let found = look(window, suspects);
+            found.into_iter().map(move |[x, y]| [x + left, y + top])
         })
         .collect();
-    phantoms.sort_by_key(|[x, y]| (*y, *x));
-    phantoms
+    found.sort_by_key(|[x, y]| (*y, *x));
+    found
 }
 
 /// The pixels that anything of the original touches, hidden or not.
