@@ -171,6 +171,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
         page_size: 4096,
         foliage: Foliage::Any,
         out: Some(folder.path().to_owned()),
+        dump: None,
     };
     bake(&options, &Console::Silent).expect("the model bakes");
     let manifest = farfield_bundle::read(folder.path()).expect("the bundle is sound");

@@ -191,6 +191,7 @@ pub(crate) fn bake_good(folder: &Path) {
         page_size: 4096,
         foliage: Foliage::Any,
         out: Some(folder.join("bundle")),
+        dump: None,
     };
     bake(&options, &Console::Silent).unwrap();
 }

@@ -4,6 +4,7 @@ mod bad_input;
 mod damage;
 mod damaged;
 mod determinism;
+mod dump;
 mod house;
 mod import;
 mod models;

@@ -17,6 +17,7 @@ pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOp
         page_size: 4096,
         foliage: Foliage::Any,
         out: Some(out.to_owned()),
+        dump: None,
     }
 }
 

@@ -3,6 +3,7 @@
 mod bake;
 mod built_in;
 mod console;
+mod dump;
 mod outliers;
 mod pictures;
 mod source;

@@ -67,6 +67,9 @@ struct BakeArgs {
     /// The bundle's folder. [default: target/farfield/<scene>-<technique>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Writes the recorded layers there for people to look at, as OpenEXR and contact sheets.
+    #[arg(long, value_name = "DIR")]
+    dump: Option<PathBuf>,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -140,6 +143,7 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
             FoliageArg::Centre => Foliage::Centre,
         },
         out: args.out,
+        dump: args.dump,
     };
     let report: BakeReport = bake(&options, &Console::Stderr)?;
     let verified = match args.verify {

@@ -53,13 +53,35 @@ pub(crate) fn contact_sheet(
     columns: usize,
     side: usize,
 ) -> Grid<[u8; 3]> {
+    let unlabelled = pictures.map(|picture| (String::new(), picture));
+    sheet(unlabelled, columns, [side, side])
+}
+
+/// The same, each with a line of ASCII text below, cut off where it is too long.
+pub(crate) fn labelled_sheet(
+    pictures: impl ExactSizeIterator<Item = (String, Grid<[u8; 4]>)>,
+    columns: usize,
+    side: usize,
+) -> Grid<[u8; 3]> {
+    sheet(pictures, columns, [side, side + GLYPH + 2])
+}
+
+/// Pixels along each side of a letter.
+const GLYPH: usize = 8;
+
+/// Pictures in fields of a size, those that are labelled at the foot of their fields.
+fn sheet(
+    pictures: impl ExactSizeIterator<Item = (String, Grid<[u8; 4]>)>,
+    columns: usize,
+    [width, height]: [usize; 2],
+) -> Grid<[u8; 3]> {
     const SPACE: usize = 2;
     let rows = pictures.len().div_ceil(columns);
-    let step = side + SPACE;
-    let mut sheet = Grid::filled(columns * step + SPACE, rows * step + SPACE, [255; 3]);
-    for (i, picture) in pictures.enumerate() {
-        let (left, top) = (i % columns * step + SPACE, i / columns * step + SPACE);
-        let small = smaller(&picture, side);
+    let [across, down] = [width, height].map(|side| side + SPACE);
+    let mut sheet = Grid::filled(columns * across + SPACE, rows * down + SPACE, [255; 3]);
+    for (i, (label, picture)) in pictures.enumerate() {
+        let (left, top) = (i % columns * across + SPACE, i / columns * down + SPACE);
+        let small = smaller(&picture, width);
         for y in 0..small.height() {
             for (x, [r, g, b, a]) in small.row(y).iter().enumerate() {
                 let board = if (x / 8 + y / 8) % 2 == 0 { 232 } else { 208 };
@@ -70,8 +92,22 @@ pub(crate) fn contact_sheet(
                 sheet[(left + x, top + y)] = [over(r), over(g), over(b)];
             }
         }
+        let letters = &label.as_bytes()[..label.len().min(width / GLYPH)];
+        write_line(&mut sheet, letters, [left, top + height - GLYPH]);
     }
     sheet
+}
+
+/// Writes ASCII letters in black, from the upper left corner of the first one.
+fn write_line(sheet: &mut Grid<[u8; 3]>, letters: &[u8], [left, top]: [usize; 2]) {
+    for (i, letter) in letters.iter().enumerate() {
+        let rows = font8x8::legacy::BASIC_LEGACY[usize::from(letter & 127)];
+        for (y, row) in rows.into_iter().enumerate() {
+            for x in (0..GLYPH).filter(|x| row >> x & 1 == 1) {
+                sheet[(left + i * GLYPH + x, top + y)] = [0; 3];
+            }
+        }
+    }
 }
 
 /// A picture made to fit into a square, texels averaged; as it is if it fits already.

@@ -174,7 +174,7 @@ fn sha256_of_files(path: &Path, others: &[String]) -> Result<String> {
 }
 
 /// A path with the symbolic links of its existing part followed: what "..", seen from there, means.
-fn real(path: &Path) -> PathBuf {
+pub(crate) fn real(path: &Path) -> PathBuf {
     for above in path.ancestors() {
         if let (Ok(real), Ok(rest)) = (above.canonicalize(), path.strip_prefix(above)) {
             return real.join(rest);

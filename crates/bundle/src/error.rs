@@ -24,12 +24,14 @@ pub enum BundleError {
     },
     /// The output exists and is not ours to replace.
     #[error(
-        "{} exists and is neither empty nor a farfield bundle; choose another folder or remove it",
+        "{} exists and is neither empty nor a farfield {kind}; choose another folder or remove it",
         dir.display()
     )]
     Foreign {
         /// The output.
         dir: PathBuf,
+        /// What would be replaced there, such as "bundle".
+        kind: &'static str,
     },
     /// The folder has no manifest.
     #[error("{} is not a bundle: it has no file bundle.json; bake one first", dir.display())]

@@ -32,4 +32,6 @@ pub use manifest::{
 };
 pub use page::encode_png;
 pub use read::read;
-pub use write::{NewFile, require_replaceable, write};
+pub use write::{
+    FolderKind, NewFile, require_replaceable, require_replaceable_by, write, write_folder,
+};

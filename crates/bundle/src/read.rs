@@ -2,13 +2,13 @@
 
 use crate::checksum::{is_sealed, sha256_of_reader};
 use crate::manifest::{FORMAT, FileRecord, MANIFEST_FILE, Manifest, VERSION};
-use crate::write::failed;
+use crate::write::{FolderKind, failed};
 use crate::{BundleError, ManifestError};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// No manifest is larger: a hundred thousand layers make 15 MB.
 const MAX_MANIFEST_BYTES: u64 = 64 << 20;
@@ -26,7 +26,7 @@ const MAX_MANIFEST_BYTES: u64 = 64 << 20;
 /// someone who changes a bundle can compute them anew.
 pub fn read(dir: &Path) -> Result<Manifest, BundleError> {
     let path = dir.join(MANIFEST_FILE);
-    let text = read_manifest_text(dir)?.ok_or_else(|| BundleError::NotABundle {
+    let text = read_text(dir.join(MANIFEST_FILE))?.ok_or_else(|| BundleError::NotABundle {
         dir: dir.to_owned(),
     })?;
     let manifest = parse(&path, &text)?;
@@ -96,15 +96,15 @@ pub(crate) fn parse_json<T: DeserializeOwned>(
     Ok(document)
 }
 
-/// Whether the folder holds the manifest of a bundle, of whatever version and state.
-pub(crate) fn is_bundle(dir: &Path) -> Result<bool, BundleError> {
-    let text = read_manifest_text(dir)?.unwrap_or_default();
-    Ok(serde_json::from_slice(&text).is_ok_and(|header: Header| header.format == FORMAT))
+/// Whether the folder holds the marker of a kind, such as the manifest of a bundle, of whatever
+/// version and state.
+pub(crate) fn is_of_kind(dir: &Path, kind: &FolderKind) -> Result<bool, BundleError> {
+    let text = read_text(dir.join(kind.marker))?.unwrap_or_default();
+    Ok(serde_json::from_slice(&text).is_ok_and(|header: Header| header.format == kind.format))
 }
 
-/// The bytes of the folder's manifest, or `None` where it has none.
-fn read_manifest_text(dir: &Path) -> Result<Option<Vec<u8>>, BundleError> {
-    let path = dir.join(MANIFEST_FILE);
+/// The bytes of a manifest or marker, or `None` where there is none.
+fn read_text(path: PathBuf) -> Result<Option<Vec<u8>>, BundleError> {
     match fs::metadata(&path) {
         Ok(found) if found.is_file() => {}
         Ok(_) => return Ok(None),

@@ -1,8 +1,8 @@
 //! Writing a bundle's folder: it appears complete, or not at all.
 
 use crate::checksum::{seal, sha256_hex};
-use crate::manifest::{FileRecord, MANIFEST_FILE, Manifest};
-use crate::read::is_bundle;
+use crate::manifest::{FORMAT, FileRecord, MANIFEST_FILE, Manifest};
+use crate::read::is_of_kind;
 use crate::{BundleError, ManifestError};
 use std::collections::BTreeSet;
 use std::ffi::{OsStr, OsString};
@@ -65,17 +65,59 @@ pub struct NewFile {
 /// when the operating system refuses. Then all is as it was before.
 pub fn write(dir: &Path, manifest: &Manifest, files: &[NewFile]) -> Result<Manifest, BundleError> {
     let (manifest, text) = complete(dir, manifest, files)?;
+    put_folder(dir, &BUNDLE, files, text.as_bytes())?;
+    Ok(manifest)
+}
+
+/// Folders of one kind, that are known by a JSON file with a format's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FolderKind {
+    /// What such a folder is called in messages, such as "bundle".
+    pub name: &'static str,
+    /// The file that each has, such as "bundle.json".
+    pub marker: &'static str,
+    /// What its field `format` says, such as "farfield-bundle".
+    pub format: &'static str,
+}
+
+/// What [`write()`] writes.
+pub(crate) const BUNDLE: FolderKind = FolderKind {
+    name: "bundle",
+    marker: MANIFEST_FILE,
+    format: FORMAT,
+};
+
+/// Writes `files` as the folder `dir` of another kind than bundles, in the way of [`write()`]: it
+/// appears complete or not at all, and replaces only what is empty or of its kind. The marker is
+/// added.
+///
+/// # Errors
+///
+/// When `dir` exists and is not ours to replace, or when the operating system refuses. Then all is
+/// as it was before.
+pub fn write_folder(dir: &Path, kind: &FolderKind, files: &[NewFile]) -> Result<(), BundleError> {
+    let marker = serde_json::json!({ "format": kind.format, "version": 1 });
+    put_folder(dir, kind, files, format!("{marker:#}\n").as_bytes())
+}
+
+/// Writes files and the marker into a folder beside `dir`, and puts it into its place.
+fn put_folder(
+    dir: &Path,
+    kind: &FolderKind,
+    files: &[NewFile],
+    marker: &[u8],
+) -> Result<(), BundleError> {
     let mut made = MadeFolders::default();
-    let place = Place::find(dir, &mut made)?;
+    let place = Place::find(dir, kind, &mut made)?;
     place.remove_leftovers();
     let partial = place.make_partial()?;
-    write_files(&partial.path, files, text.as_bytes())?;
+    let contents = files.iter().map(|file| (&*file.path, &*file.bytes));
+    write_files(&partial.path, contents.chain([(kind.marker, marker)]))?;
     // Nobody else's folder may have come in the meantime.
-    require_replaceable(&place.dir)?;
+    require_replaceable_by(&place.dir, kind)?;
     put(&partial.path, &place.dir)?;
     made.keep();
-    flush_folder(&place.parent)?;
-    Ok(manifest)
+    flush_folder(&place.parent)
 }
 
 /// The manifest with `files` and `sha256` filled in, and its text.
@@ -115,8 +157,8 @@ struct Place {
 
 impl Place {
     /// Checks that `dir` may be written, and makes the folders above it.
-    fn find(dir: &Path, made: &mut MadeFolders) -> Result<Self, BundleError> {
-        require_replaceable(dir)?;
+    fn find(dir: &Path, kind: &FolderKind, made: &mut MadeFolders) -> Result<Self, BundleError> {
+        require_replaceable_by(dir, kind)?;
         // An existing folder may be named in any way, through a link or as "."; a new one needs
         // a name.
         let dir = match fs::canonicalize(dir) {
@@ -236,9 +278,18 @@ impl Drop for MadeFolders {
 ///
 /// When it holds something else, or the operating system refuses.
 pub fn require_replaceable(dir: &Path) -> Result<(), BundleError> {
+    require_replaceable_by(dir, &BUNDLE)
+}
+
+/// The same for [`write_folder`] and a folder of its kind.
+///
+/// # Errors
+///
+/// When it holds something else, or the operating system refuses.
+pub fn require_replaceable_by(dir: &Path, kind: &FolderKind) -> Result<(), BundleError> {
     loop {
         let before = identity(dir);
-        let replaceable = is_replaceable(dir);
+        let replaceable = is_replaceable(dir, kind);
         match replaceable {
             Ok(true) => return Ok(()),
             // Another bake replaced and removed the folder while it was looked at.
@@ -246,6 +297,7 @@ pub fn require_replaceable(dir: &Path) -> Result<(), BundleError> {
             Ok(false) => {
                 return Err(BundleError::Foreign {
                     dir: dir.to_owned(),
+                    kind: kind.name,
                 });
             }
             Err(e) => return Err(e),
@@ -253,9 +305,9 @@ pub fn require_replaceable(dir: &Path) -> Result<(), BundleError> {
     }
 }
 
-fn is_replaceable(dir: &Path) -> Result<bool, BundleError> {
+fn is_replaceable(dir: &Path, kind: &FolderKind) -> Result<bool, BundleError> {
     match fs::read_dir(dir) {
-        Ok(mut entries) => Ok(entries.next().is_none() || is_bundle(dir)?),
+        Ok(mut entries) => Ok(entries.next().is_none() || is_of_kind(dir, kind)?),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(true),
         Err(e) if e.kind() == io::ErrorKind::NotADirectory => Ok(false),
         Err(e) => Err(failed("read", dir)(e)),
@@ -289,11 +341,13 @@ fn parent_and_name(dir: &Path) -> Result<(&Path, &OsStr), BundleError> {
     }
 }
 
-/// Writes and flushes the files and the manifest's text into a folder.
-fn write_files(dir: &Path, files: &[NewFile], manifest: &[u8]) -> Result<(), BundleError> {
-    let contents = files.iter().map(|file| (&*file.path, &*file.bytes));
+/// Writes and flushes files, given by path and content, into a folder.
+fn write_files<'a>(
+    dir: &Path,
+    contents: impl Iterator<Item = (&'a str, &'a [u8])>,
+) -> Result<(), BundleError> {
     let mut folders = BTreeSet::from([dir.to_owned()]);
-    for (path, bytes) in contents.chain([(MANIFEST_FILE, manifest)]) {
+    for (path, bytes) in contents {
         let path = dir.join(path);
         let above = path.ancestors().skip(1).take_while(|above| *above != dir);
         folders.extend(above.map(Path::to_owned));

@@ -2,10 +2,11 @@
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
 use crate::console::Console;
+use crate::dump::{self, Recorded};
 use crate::view_cell;
 use anyhow::{Result, bail};
 use farfield_atlas::pack;
-use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody};
+use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody, NewFile};
 use farfield_culling::Culler;
 use farfield_grid::{Grid, Rect};
 use farfield_layers::{
@@ -58,10 +59,13 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
 }
 
 /// Bakes one layered impostor of a whole scene.
+///
+/// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
     name: &str,
     scene: &Scene,
     settings: &Settings,
+    dump: Option<&mut Vec<NewFile>>,
     console: &Console,
 ) -> Result<Baked> {
     let stack = console.stage("place", || place(scene, settings))?;
@@ -78,6 +82,20 @@ pub(super) fn bake(
             "no triangle can be seen from the view cell: all are single-sided and face away; \
              move the cell, or make the materials double-sided"
         );
+    }
+    if let Some(files) = dump {
+        let light = Lighting::default();
+        let recorded = console.stage("dump", || {
+            dump::files(&Recorded {
+                name,
+                scene,
+                stack: &stack,
+                colors: &sample_colors(scene, &textures, &camera, &recording.samples, &light),
+                recording: &recording,
+                visible: &visible,
+            })
+        })?;
+        files.extend(recorded);
     }
     let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
         let price = Price {

@@ -3,6 +3,7 @@
 pub mod layered;
 
 use crate::console::{Console, peak_rss_bytes};
+use crate::dump;
 use crate::outliers;
 use crate::source::{self, SceneChoice};
 use crate::view_cell::{self, SMALLEST_TEXEL, ViewCellSpec};
@@ -42,6 +43,8 @@ pub struct BakeOptions {
     pub foliage: Foliage,
     /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
     pub out: Option<PathBuf>,
+    /// Where the recorded layers are written for people to look at; nowhere unless asked for.
+    pub dump: Option<PathBuf>,
 }
 
 /// What a bake made; field names are a published contract.
@@ -102,6 +105,9 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         .clone()
         .unwrap_or_else(|| format!("target/farfield/{name}-{TECHNIQUE}").into());
     farfield_bundle::require_replaceable(&dir)?;
+    if let Some(dump) = &options.dump {
+        dump::require_place(dump, &dir)?;
+    }
 
     let mut loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
     let mut exclude = options.exclude.clone();
@@ -114,7 +120,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         "  view cell {}",
         view_cell::describe(&settings.cell)
     ));
-    let baked = layered::bake(&name, scene, &settings, console)
+    let mut dumped = options.dump.as_ref().map(|_| Vec::new());
+    let baked = layered::bake(&name, scene, &settings, dumped.as_mut(), console)
         .with_context(|| options.scene.to_string())?;
     let files = console.stage("encode", || encode(&baked.display))?;
 
@@ -155,6 +162,10 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         files: Vec::new(),
         sha256: String::new(),
     };
+    // First, as its failure is the bake's.
+    if let (Some(dir), Some(files)) = (&options.dump, &dumped) {
+        console.stage("write dump", || dump::write(dir, files))?;
+    }
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
 
     summarise(&statistics, &dir, console);
