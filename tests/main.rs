@@ -9,6 +9,7 @@ mod determinism;
 mod dump;
 mod house;
 mod import;
+mod invariance;
 mod models;
 mod occlusion;
 mod outliers;
