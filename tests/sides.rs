@@ -3,7 +3,7 @@
 use crate::setup::{model, options, options_in_cell, verified};
 use farfield_bundle::{GLTF_FILE, Manifest, NewFile, Side, ViewSpace, glb_from_scene};
 use farfield_sampling::{NONE, Textures, rasterize};
-use farfield_scene::{Material, Mesh, Object, Scene};
+use farfield_scene::{AlphaMode, Material, Mesh, Object, Scene};
 use farfield_views::{Camera, ViewCell, low_discrepancy_point, sphere_direction};
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec4};
 use std::path::Path;
@@ -320,6 +320,45 @@ fn views_from_all_around_hold() {
     }
 }
 
+/// A side on which all is transparent needs no impostor.
+#[test]
+fn a_side_that_shows_nothing_is_left_out() {
+    let mut scene = hall();
+    // The walls before, beside and behind stay as they are; the ceiling becomes glass.
+    scene.materials.push(Material {
+        base_color: Vec4::new(1.0, 1.0, 1.0, 0.0),
+        alpha: AlphaMode::Mask { cutoff: 0.5 },
+        double_sided: true,
+        ..Material::default()
+    });
+    let ceiling = scene.meshes[4].triangles.clone();
+    for triangle in ceiling {
+        scene.triangle_materials[triangle as usize] = 1;
+    }
+    // Walls that do not reach over or under the cell.
+    for position in &mut scene.positions {
+        if position.y.abs() < 8.0 {
+            continue;
+        }
+        let is_ceiling = position.y > 0.0 && position.x.abs().max(position.z.abs()) < 7.5;
+        if !is_ceiling {
+            position.y = position.y.clamp(-6.0, 6.0);
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let (file, dir) = (folder.path().join("hall.glb"), folder.path().join("bundle"));
+    std::fs::write(&file, glb_from_scene(&scene, &[]).unwrap()).unwrap();
+    let options = BakeOptions {
+        arrangement: Arrangement::Far(5.0),
+        ..options_in_cell(SceneChoice::File(file), "box:0,0,0:2,2,2", 96, &dir)
+    };
+    let report = bake(&options, &Console::Silent).unwrap();
+    let names: Vec<_> = report.impostors.iter().map(|one| &one.name).collect();
+    assert!(!names.contains(&&"hall +y".to_owned()), "{names:?}");
+    let verified = verified(&dir, 40);
+    assert!(verified.holds, "{:?}", verified.broken);
+}
+
 #[test]
 fn arrangements_that_do_not_suit_the_scene_are_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -343,6 +382,9 @@ fn arrangements_that_do_not_suit_the_scene_are_refused() {
             "name the box",
         ),
         (Arrangement::Around(Some(10.0)), None, "too near for views"),
+        // As far as the scene reaches and a little more: of the farthest viewers texels would be too
+        // small before they are as far on all sides.
+        (Arrangement::Around(Some(135.0)), None, "too near for views"),
         (
             Arrangement::Around(None),
             Some(AMID_TOWN),

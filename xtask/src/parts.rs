@@ -73,43 +73,15 @@ pub(crate) fn parts<'a>(
     };
     Ok(match *space {
         ViewSpace::Before { .. } => vec![whole(None)],
-        ViewSpace::Around { .. } => {
-            let sides = Side::ALL.into_iter().map(|side| whole(Some(side)));
-            sides.filter(is_seen).collect()
-        }
+        ViewSpace::Around { .. } => Side::ALL.map(Some).map(whole).into(),
         ViewSpace::Amid {
             view_cell: ViewCell::Box { center, size },
             ..
         } => {
             let cut = |side| frustum(scene, center, size, side, camera);
-            Side::ALL
-                .into_iter()
-                .filter_map(cut)
-                .filter(is_seen)
-                .collect()
+            Side::ALL.into_iter().filter_map(cut).collect()
         }
         ViewSpace::Amid { .. } => bail!("only a box lies amid a scene"),
-    })
-}
-
-/// Whether the cell has the front of any triangle of a part before it.
-fn is_seen(part: &Part<'_>) -> bool {
-    let scene = &part.scene;
-    let corners = part.cell.corners();
-    (0..scene.objects.len() as u32).any(|object| {
-        scene.mesh_of(object).triangles.clone().any(|triangle| {
-            let material = scene.triangle_materials[triangle as usize];
-            if scene.materials[material as usize].double_sided {
-                return true;
-            }
-            let [a, b, c] = scene
-                .triangle_in(object, triangle)
-                .map(|vertex| scene.world_position(object, vertex));
-            let normal = (b - a).cross(c - a);
-            corners
-                .iter()
-                .any(|eye| normal.dot(eye.truncate() - a * eye.w) > 0.0)
-        })
     })
 }
 

@@ -3,15 +3,16 @@
 use crate::bake::{Arrangement, BakeOptions};
 use crate::parts::keep_represented;
 use crate::view_cell::{self, ViewCellSpec, represented_box};
-use anyhow::{Result, bail};
+use anyhow::{Result, anyhow, bail};
 use farfield_bundle::{Side, ViewSpace};
 use farfield_layers::PromisedCamera;
 use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// The view space that the options name for a scene, in which only what is to be represented is
-/// left.
+/// left. What should be known of that is added to `warnings`.
 ///
 /// # Errors
 ///
@@ -20,6 +21,7 @@ pub(crate) fn resolve(
     options: &BakeOptions,
     scene: &mut Scene,
     camera: &PromisedCamera,
+    warnings: &mut Vec<String>,
 ) -> Result<ViewSpace> {
     let represented = represented_box(scene)?;
     let spec = options.view_cell.as_ref();
@@ -27,7 +29,7 @@ pub(crate) fn resolve(
         Arrangement::Before => Ok(ViewSpace::Before {
             view_cell: view_cell::resolve(spec, represented, camera)?,
         }),
-        Arrangement::Far(distance) => amid(spec, scene, distance),
+        Arrangement::Far(distance) => amid(spec, scene, distance, warnings),
         Arrangement::Around(distance) => {
             if spec.is_some() {
                 bail!("views from all around have no view cell: leave --view-cell out");
@@ -37,7 +39,12 @@ pub(crate) fn resolve(
     }
 }
 
-fn amid(spec: Option<&ViewCellSpec>, scene: &mut Scene, distance: f64) -> Result<ViewSpace> {
+fn amid(
+    spec: Option<&ViewCellSpec>,
+    scene: &mut Scene,
+    distance: f64,
+    warnings: &mut Vec<String>,
+) -> Result<ViewSpace> {
     let Some(&ViewCellSpec::Box { center, size }) = spec else {
         bail!("with --far, name the box that the viewer is in: --view-cell box:cx,cy,cz:sx,sy,sz");
     };
@@ -47,7 +54,12 @@ fn amid(spec: Option<&ViewCellSpec>, scene: &mut Scene, distance: f64) -> Result
         distance,
         objects,
     };
-    let before = scene.objects.len();
+    let all: Vec<String> = scene
+        .objects
+        .iter()
+        .map(|object| object.name.clone())
+        .collect();
+    let before = all.len();
     let objects = keep_represented(scene, &space(Vec::new()));
     if objects.is_empty() {
         bail!(
@@ -55,7 +67,23 @@ fn amid(spec: Option<&ViewCellSpec>, scene: &mut Scene, distance: f64) -> Result
              lower --far, or split what is large into several objects"
         );
     }
+    warnings.extend(ambiguous(&all, &objects));
     Ok(space(objects))
+}
+
+/// Names cannot tell an engine which objects to leave out where a near one has the same.
+fn ambiguous(all: &[String], far: &[String]) -> Option<String> {
+    let mut counts = BTreeMap::new();
+    all.iter()
+        .for_each(|name| *counts.entry(name).or_insert(0) += 1);
+    far.iter()
+        .for_each(|name| *counts.entry(name).or_insert(0) -= 1);
+    let is_near_too = |name: &&String| counts.get(name).is_some_and(|near| *near > 0);
+    let name = far.iter().find(is_near_too)?;
+    Some(format!(
+        "'{name}' is the name of objects that are far and of others that stay geometry: give them \
+         different names, or an engine cannot tell which of them to leave out"
+    ))
 }
 
 /// Where no distance is given: a scene seen from there covers some 130 texels.
@@ -72,12 +100,15 @@ fn around(
     // Whoever is that far away, is so far along at least one axis.
     let near = distance / 3f64.sqrt();
     let reach = (max - min).max_element() / 2.0;
-    if near <= reach {
-        bail!(
+    let too_near = || {
+        anyhow!(
             "{distance} m is too near for views from all around: the scene reaches {reach} m from \
              its centre along an axis; name at least {} m",
-            3f64.sqrt() * reach * 1.5
-        );
+            (4.0 * reach).max(1.5 * distance)
+        )
+    };
+    if near <= reach {
+        return Err(too_near());
     }
     let shaft = |side| {
         let space = ViewSpace::Around {
@@ -90,7 +121,12 @@ fn around(
     let far = Side::ALL
         .into_iter()
         .map(shaft)
-        .try_fold(f64::INFINITY, |least, far| far.map(|far| least.min(far)))?;
+        .try_fold(f64::INFINITY, |least, far| far.map(|far| least.min(far)))
+        .map_err(|_| too_near())?;
+    // Or viewers straight before a side, where texels are smallest, would be left out.
+    if far < distance {
+        return Err(too_near());
+    }
     Ok(ViewSpace::Around { center, near, far })
 }
 

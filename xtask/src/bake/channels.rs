@@ -38,6 +38,10 @@ pub(super) struct Texels {
     pub(super) emissive: Option<(Vec<[u8; 3]>, f32)>,
 }
 
+/// How much brighter than white what shines can be. All of an impostor shares one factor, and what is
+/// dim beside it has few digits left.
+const BRIGHTEST: f32 = 8.0;
+
 /// The texels that surfaces seen from a pose need to be lit as quads.
 pub(super) fn texels(surfaces: &[Surface], pose: &Pose) -> Texels {
     let linear = |c: f32| (c * 255.0).round().clamp(0.0, 255.0) as u8;
@@ -46,7 +50,9 @@ pub(super) fn texels(surfaces: &[Surface], pose: &Pose) -> Texels {
     let base = |s: &Surface| if s.unlit { Vec3::ZERO } else { s.base_color };
     let emissive = |s: &Surface| s.emissive + if s.unlit { s.base_color } else { Vec3::ZERO };
     let brightest = surfaces.iter().map(|s| emissive(s).max_element());
-    let strength = brightest.fold(0.0, f32::max);
+    let strength = brightest.fold(0.0, f32::max).min(BRIGHTEST);
+    // Black metal is what reflects nothing.
+    let metallic = |s: &Surface| if s.unlit { 1.0 } else { s.metallic };
     Texels {
         base_color: surfaces.iter().map(|s| srgb(base(s))).collect(),
         normal: surfaces
@@ -55,7 +61,7 @@ pub(super) fn texels(surfaces: &[Surface], pose: &Pose) -> Texels {
             .collect(),
         metallic_roughness: surfaces
             .iter()
-            .map(|s| [255, linear(s.roughness), linear(s.metallic)])
+            .map(|s| [255, linear(s.roughness), linear(metallic(s))])
             .collect(),
         emissive: (strength > 0.0).then(|| {
             let texels = surfaces.iter().map(|s| srgb(emissive(s) / strength));

@@ -5,7 +5,7 @@ use super::channels::{self, Channels};
 use crate::console::Console;
 use crate::dump::{self, Recorded};
 use crate::view_cell::{self, represented_box};
-use anyhow::{Result, bail};
+use anyhow::Result;
 use farfield_atlas::pack;
 use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody, NewFile, Side};
 use farfield_culling::Culler;
@@ -65,7 +65,8 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
     }
 }
 
-/// Bakes one layered impostor of a scene, which may be a part of the one that the textures are of.
+/// Bakes one layered impostor of a scene, which may be a part of the one that the textures are of;
+/// `None` where nothing of it can be seen.
 ///
 /// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
@@ -76,7 +77,7 @@ pub(super) fn bake(
     settings: &Settings,
     dump: Option<&mut Vec<NewFile>>,
     console: &Console,
-) -> Result<Baked> {
+) -> Result<Option<Baked>> {
     let stack = console.stage("place", || place(scene, settings))?;
     let (width, height) = (stack.width, stack.height);
     let camera = recording_camera(&stack);
@@ -85,10 +86,7 @@ pub(super) fn bake(
     });
     let visible = console.stage("cull", || cull(&recording, width, height));
     if visible.samples.is_empty() {
-        bail!(
-            "no triangle can be seen from the view cell: all are single-sided and face away; \
-             move the cell, or make the materials double-sided"
-        );
+        return Ok(None);
     }
     if let Some(files) = dump {
         let light = Lighting::default();
@@ -155,11 +153,22 @@ pub(super) fn bake(
         body: Body::Layered(body),
     };
     let corners = corners_in_view(&stack.pose, &settings.cell);
-    Ok(Baked {
+    Ok(Some(Baked {
         impostor,
         display,
         smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
-    })
+    }))
+}
+
+/// Whether anything of a scene can be seen from its view cell.
+///
+/// # Errors
+///
+/// As for [`place`].
+pub(crate) fn is_seen(scene: &Scene, textures: &Textures<'_>, settings: &Settings) -> Result<bool> {
+    let stack = place(scene, settings)?;
+    let recording = record_layers(scene, textures, &stack, &settings.cell, settings.foliage);
+    Ok(!recording.samples.is_empty())
 }
 
 /// Where the layers go: reference viewpoint and texel size follow from the represented hull,

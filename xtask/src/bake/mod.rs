@@ -144,7 +144,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         fov: options.fov_degrees.to_radians(),
         resolution: options.resolution,
     };
-    let space = view_space::resolve(options, &mut loaded.scene, &lens).with_context(in_scene)?;
+    let space = view_space::resolve(options, &mut loaded.scene, &lens, &mut loaded.warnings);
+    let space = space.with_context(in_scene)?;
     channels::prepare(&mut loaded.scene, options.channels);
     let scene = &loaded.scene;
     console.say(format_args!(
@@ -173,16 +174,19 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             dumped.as_mut(),
             console,
         );
-        baked.push(one.with_context(in_scene)?);
+        baked.extend(one.with_context(in_scene)?);
     }
     if baked.is_empty() {
-        let error = anyhow!("no triangle can be seen: all are single-sided and face away");
+        let error = anyhow!(
+            "nothing can be seen from the view cell: all triangles are single-sided and face away, \
+             or are transparent; move the cell, or make the materials double-sided"
+        );
         return Err(error.context(options.scene.to_string()));
     }
     let display = joined(&baked);
     let files = console.stage("encode", || encode(&display))?;
 
-    let too_small = texels_too_small(&baked);
+    let too_small = texels_too_small(baked.iter().map(|one| one.smallest_texel));
     let blended = blended_as_masked(scene);
     let foliage = match options.foliage {
         Foliage::Any => farfield_bundle::Foliage::Any,
@@ -391,8 +395,7 @@ fn statistics(scene: &Scene, display: &Scene, impostors: &[Impostor]) -> Statist
 }
 
 /// Far ends of cells where renderers that round vertices may show pinholes.
-fn texels_too_small(baked: &[Baked]) -> Option<String> {
-    let smallest = baked.iter().map(|one| one.smallest_texel);
+pub(crate) fn texels_too_small(smallest: impl Iterator<Item = f64>) -> Option<String> {
     let smallest_texel = smallest.fold(f64::INFINITY, f64::min);
     (smallest_texel < SMALLEST_TEXEL).then(|| {
         format!(

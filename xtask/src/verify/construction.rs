@@ -2,9 +2,10 @@
 //! a client reads it.
 
 use super::subject::Subject;
+use crate::bake::Channels;
 use crate::bake::layered::{recording_camera, shown_from, texels_sha256};
 use anyhow::{Context, Result};
-use farfield_bundle::{Channels, ProvedBound};
+use farfield_bundle::ProvedBound;
 use farfield_layers::{Guarantee, guarantee};
 use farfield_pages::{Patch, opaque_texels, patches_of};
 use farfield_scene::{AlphaMode, Material};
@@ -13,6 +14,8 @@ use rayon::prelude::*;
 /// What was proved, and what stands against it.
 pub(super) struct Construction {
     pub(super) proved: Vec<ProvedBound>,
+    /// The least side of a texel seen from anywhere in the view cell, in pixels.
+    pub(super) smallest_texel_px: f64,
     /// What is not built as the proof needs it, a sentence each.
     pub(super) faults: Vec<String>,
     /// What the quads show; empty where they cannot be read.
@@ -57,6 +60,7 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Result<Construction> 
     faults.extend(other_material(subject));
     Ok(Construction {
         proved,
+        smallest_texel_px: found.smallest_texel_px,
         faults,
         patches,
     })

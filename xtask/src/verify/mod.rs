@@ -74,7 +74,9 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let Technique::Layered {
         foliage, channels, ..
     } = manifest.technique;
-    bake::channels::prepare(&mut original, channels_of(channels));
+    if channels == farfield_bundle::Channels::Unlit {
+        bake::channels::prepare(&mut original, bake::Channels::Unlit);
+    }
     let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
     let lens = PromisedCamera {
@@ -83,8 +85,9 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
         resolution: manifest.options.resolution,
     };
     let parts = parts(&original, space, &lens).with_context(in_manifest)?;
-    require_all_parts(&manifest, &kept, &parts).with_context(in_manifest)?;
+    require_all_objects(&manifest, &kept).with_context(in_manifest)?;
     let of_original = Textures::new(&original);
+    let parts = parts_that_are_seen(&manifest, parts, &of_original).with_context(in_manifest)?;
     let quads = quads_of_each(&display, &manifest)?;
     let of_quads: Vec<_> = quads.iter().map(|quads| Textures::new(quads)).collect();
     let quads = quads.iter().zip(&of_quads);
@@ -113,7 +116,9 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             impostor: farfield_bundle::cost(&display),
         },
     );
-    let least = bake::promise(&original, space, foliage, None);
+    let smallest = constructions.iter().map(|one| one.smallest_texel_px);
+    let too_small = bake::texels_too_small(smallest);
+    let least = bake::promise(&original, space, foliage, too_small);
     report.broken = promise::loosened(&manifest.promise, &least);
     report
         .broken
@@ -194,16 +199,8 @@ fn command(options: &VerifyOptions) -> String {
     format!("cargo xtask verify {}{scene}", quoted(&options.dir))
 }
 
-fn channels_of(channels: farfield_bundle::Channels) -> bake::Channels {
-    match channels {
-        farfield_bundle::Channels::Lit => bake::Channels::Lit,
-        farfield_bundle::Channels::Unlit => bake::Channels::Unlit,
-        farfield_bundle::Channels::Pbr => bake::Channels::Pbr,
-    }
-}
-
-/// Checks that there is an impostor for every part of the original, and for nothing else.
-fn require_all_parts(manifest: &Manifest, kept: &[String], parts: &[Part<'_>]) -> Result<()> {
+/// Checks that the manifest names the objects that are far from the view cell.
+fn require_all_objects(manifest: &Manifest, kept: &[String]) -> Result<()> {
     if let ViewSpace::Amid { objects, .. } = &manifest.options.view_space
         && objects != kept
     {
@@ -213,22 +210,45 @@ fn require_all_parts(manifest: &Manifest, kept: &[String], parts: &[Part<'_>]) -
             kept.len()
         );
     }
-    let names = |sides: Vec<Option<farfield_bundle::Side>>| {
-        let names = sides
-            .iter()
-            .map(|side| side.map_or("all".into(), |side| side.to_string()));
-        names.collect::<Vec<_>>().join(", ")
-    };
+    Ok(())
+}
+
+/// The parts of the original that the impostors of a manifest stand for.
+///
+/// # Errors
+///
+/// When there is no impostor for a part of which something can be seen, or one for nothing.
+fn parts_that_are_seen<'a>(
+    manifest: &Manifest,
+    parts: Vec<Part<'a>>,
+    original: &Textures<'_>,
+) -> Result<Vec<Part<'a>>> {
     let stated: Vec<_> = manifest.impostors.iter().map(|one| one.side).collect();
-    let needed: Vec<_> = parts.iter().map(|part| part.side).collect();
+    let mut seen = Vec::new();
+    for part in parts {
+        let is_needed = stated.contains(&part.side) || {
+            let settings = subject::settings(manifest, &part);
+            bake::layered::is_seen(&part.scene, original, &settings)?
+        };
+        if is_needed {
+            seen.push(part);
+        }
+    }
+    let needed: Vec<_> = seen.iter().map(|part| part.side).collect();
     if stated != needed {
+        let names = |sides: Vec<Option<farfield_bundle::Side>>| {
+            let names = sides
+                .iter()
+                .map(|side| side.map_or("all".into(), |side| side.to_string()));
+            names.collect::<Vec<_>>().join(", ")
+        };
         bail!(
             "impostors are there for [{}], but the original needs them for [{}]: bake again",
             names(stated),
             names(needed)
         );
     }
-    Ok(())
+    Ok(seen)
 }
 
 /// What is compared with what, impostor by impostor.

@@ -88,6 +88,11 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
             ("coverage_change", promise.coverage_change),
         ]
     };
+    let untold = least
+        .notes
+        .iter()
+        .filter(|note| !promise.notes.contains(note));
+    let untold = untold.map(|note| format!("the manifest's promise does not tell: {note}"));
     let both = figures(promise).into_iter().zip(figures(least));
     both.filter_map(|((name, stated), (_, least))| {
         let least = least?;
@@ -100,6 +105,7 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
             "the manifest promises {stated} for {name}, where the technique keeps to {least}"
         ))
     })
+    .chain(untold)
     .collect()
 }
 

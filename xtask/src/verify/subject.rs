@@ -1,8 +1,10 @@
 //! What is compared with what.
 
+use crate::bake::Channels;
+use crate::bake::layered::Settings;
 use crate::parts::Part;
 use anyhow::{Result, bail};
-use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, Technique};
+use farfield_bundle::{Body, Impostor, LayeredBody, Manifest, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, Textures, Tracer};
 use farfield_scene::Scene;
@@ -62,9 +64,7 @@ impl<'a> Subject<'a> {
         quads: Side<'a>,
     ) -> Result<Self> {
         let Body::Layered(body) = &impostor.body;
-        let Technique::Layered {
-            foliage, channels, ..
-        } = manifest.technique;
+        let settings = settings(manifest, part);
         require_same_box(impostor.represented, part.represented)?;
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
@@ -78,19 +78,12 @@ impl<'a> Subject<'a> {
             stack: stack_of(body),
             texels_sha256: checksums.collect(),
             borders: body.borders(),
-            foliage: match foliage {
-                farfield_bundle::Foliage::Any => Foliage::Any,
-                farfield_bundle::Foliage::Centre => Foliage::Centre,
-            },
-            channels,
+            foliage: settings.foliage,
+            channels: settings.channels,
             cell: part.cell,
             represented: part.represented,
             hull: part.hull,
-            lens: PromisedCamera {
-                aim: part.aim,
-                fov: manifest.options.fov_degrees.to_radians(),
-                resolution: manifest.options.resolution,
-            },
+            lens: settings.camera,
             most_parallax: manifest.promise.parallax_px.unwrap_or(f64::INFINITY),
         })
     }
@@ -171,6 +164,36 @@ impl<'a> Subject<'a> {
     pub(super) fn texel(&self) -> DVec2 {
         let texels = DVec2::new(self.stack.width.into(), self.stack.height.into());
         self.stack.extent.size() / texels
+    }
+}
+
+/// What a bundle says the impostor of a part was made for.
+pub(super) fn settings(manifest: &Manifest, part: &Part<'_>) -> Settings {
+    let Technique::Layered {
+        bytes_per_quad,
+        page_size,
+        foliage,
+        channels,
+    } = manifest.technique;
+    Settings {
+        cell: part.cell,
+        hull: part.hull,
+        camera: PromisedCamera {
+            aim: part.aim,
+            fov: manifest.options.fov_degrees.to_radians(),
+            resolution: manifest.options.resolution,
+        },
+        bytes_per_quad,
+        page_size,
+        foliage: match foliage {
+            farfield_bundle::Foliage::Any => Foliage::Any,
+            farfield_bundle::Foliage::Centre => Foliage::Centre,
+        },
+        channels: match channels {
+            farfield_bundle::Channels::Lit => Channels::Lit,
+            farfield_bundle::Channels::Unlit => Channels::Unlit,
+            farfield_bundle::Channels::Pbr => Channels::Pbr,
+        },
     }
 }
 
