@@ -29,4 +29,4 @@ pub use parallax::{ParallaxErrors, RecordedFrom, parallax};
 pub use region::compared_region;
 pub use silhouette::{SilhouetteDisplacement, silhouette_displacement};
 pub use ssim::ssim_errors;
-pub use stray::{StrayColors, stray_colors};
+pub use stray::{StrayColors, is_within, stray_colors};

@@ -2,6 +2,7 @@
 
 use crate::{NONE, Picture};
 use farfield_grid::{BitMask, Grid};
+use std::ops::Range;
 
 /// Pixels whose colours were looked for in the original.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -74,6 +75,27 @@ pub fn stray_colors(original: Picture<'_>, impostor: Picture<'_>, tolerance: u8)
         interior,
         stray: stray.map(|(x, y)| [x as u32, y as u32]).collect(),
     }
+}
+
+/// Whether a colour lies between the least and the greatest of what a part of a picture shows, in
+/// every channel, or outside by no more than a tolerance.
+///
+/// * `part` - columns and rows; of an empty part nothing lies within
+/// * `tolerance` - in levels of 255
+///
+/// # Panics
+///
+/// When the part reaches over the picture.
+pub fn is_within(
+    colors: &Grid<[u8; 3]>,
+    part: [Range<usize>; 2],
+    color: [u8; 3],
+    tolerance: u8,
+) -> bool {
+    let [columns, rows] = part;
+    let shown = rows.flat_map(|y| &colors.row(y)[columns.clone()]);
+    let span = shown.map(Span::of).reduce(Span::joined);
+    span.is_some_and(|span| span.holds(&color, tolerance))
 }
 
 /// What five pixels of a row show, around each pixel; `None` where one of them shows nothing.
@@ -188,6 +210,10 @@ mod tests {
                     value < values().min().unwrap() - tolerance || value > values().max().unwrap() + tolerance
                 })
             };
+            for (x, y) in [(2, 2), (5, 6), (8, 4)] {
+                let within = is_within(&a.0, [x - 2..x + 3, y - 2..y + 3], b.0[(x, y)], tolerance);
+                prop_assert!(compared(x, y).is_none() || within != is_stray(x, y));
+            }
             let all = || (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y)));
             let amidst = |(x, y): &(usize, usize)| {
                 around(*x, *y, 1).is_some_and(|nine| nine.iter().all(|(u, v)| is_stray(*u, *v)))
@@ -220,7 +246,7 @@ mod tests {
     fn a_patch_of_three_by_three_is_found_and_lines_are_not() {
         let ids = Grid::filled(SIZE, SIZE, 0);
         let grey = Grid::filled(SIZE, SIZE, [128; 3]);
-        let painted = |columns: std::ops::Range<usize>| {
+        let painted = |columns: Range<usize>| {
             let mut colors = grey.clone();
             for (x, y) in columns.flat_map(|x| (4..7).map(move |y| (x, y))) {
                 colors[(x, y)] = [128, 145, 128];
@@ -236,6 +262,7 @@ mod tests {
             [16, 17].map(|tolerance| stray_colors(original, impostor, tolerance).stray)
         };
         assert_eq!(painted(4..7), [vec![[5, 5]], vec![]]);
-        assert_eq!(painted(4..6), [vec![], vec![]]);
+        let none: Vec<[u32; 2]> = Vec::new();
+        assert_eq!(painted(4..6), [none.clone(), none]);
     }
 }

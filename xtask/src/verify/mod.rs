@@ -9,6 +9,7 @@ mod html;
 mod possible;
 mod promise;
 mod report;
+mod strays;
 mod subject;
 mod table;
 mod totals;

@@ -1,6 +1,7 @@
 //! One view of original and impostor, compared.
 
 use super::gaps::gaps;
+use super::strays::strays;
 use super::subject::{Side, Subject};
 use crate::pictures;
 use farfield_bundle::Promise;
@@ -9,7 +10,7 @@ use farfield_metrics::{
     ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
     SilhouetteDisplacement, StrayColors, color_difference, compared_region, coverage,
     covered_in_any_sample, layer_indices, parallax, phantom_pixels, silhouette_displacement,
-    ssim_errors, stray_colors,
+    ssim_errors,
 };
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
 use farfield_scene::Scene;
@@ -77,25 +78,22 @@ pub(super) struct Shown {
 
 /// Renders both sides with the same renderer and light.
 pub(super) fn show(subject: &Subject<'_>, camera: &Camera) -> Pictures {
-    let picture = |side: &Side<'_>| {
-        let seen = rasterize(side.scene, side.textures, camera);
-        let light = Lighting::default();
-        let colors = shade(side.scene, side.textures, camera, &seen, &light);
-        Shown {
-            colors: pictures::over_background(&colors, &seen.objects),
-            seen,
-        }
-    };
     Pictures {
-        original: picture(&subject.original),
-        impostor: picture(&subject.impostor),
+        original: shown_by(&subject.original, camera),
+        impostor: shown_by(&subject.impostor, camera),
     }
 }
 
-/// By how many levels of 255 a colour may lie outside of what the original shows around it: what
-/// filtering and shading of texels that lie elsewhere adds. With half of it a hundredth of a town's
-/// pixels are strays, though hardly any nine together.
-const STRAY_FROM: u8 = 16;
+/// Renders one side.
+pub(super) fn shown_by(side: &Side<'_>, camera: &Camera) -> Shown {
+    let seen = rasterize(side.scene, side.textures, camera);
+    let light = Lighting::default();
+    let colors = shade(side.scene, side.textures, camera, &seen, &light);
+    Shown {
+        colors: pictures::over_background(&colors, &seen.objects),
+        seen,
+    }
+}
 
 /// Compares original and impostor as seen from viewpoint number `index` of the impostor, in all
 /// view number `view`.
@@ -117,7 +115,7 @@ pub(super) fn look(subject: &Subject<'_>, index: u64, view: u64) -> ViewFigures 
         covered_by_impostor: covered(ids[1]),
         silhouette: silhouette_displacement(ids[0], ids[1]),
         color: color_difference(pictures[0], pictures[1], &region),
-        stray: stray_colors(pictures[0], pictures[1], STRAY_FROM),
+        stray: strays(subject, &camera, pictures[0], pictures[1]),
         ssim: ssim_errors(colors[0], colors[1], &region),
         flip: flip(colors, &region),
     }
@@ -338,6 +336,16 @@ pub(super) fn farthest_sampled(subject: &Subject<'_>, camera: &Camera) -> Grid<u
     of_samples(subject, camera, 0, u32::max)
 }
 
+/// A camera for samples of the pixels of another, and how many it takes along their sides.
+pub(super) fn finer(camera: &Camera) -> (u32, Camera) {
+    let finer = Camera {
+        width: camera.width * SAMPLES,
+        height: camera.height * SAMPLES,
+        ..*camera
+    };
+    (SAMPLES, finer)
+}
+
 /// Per pixel the one of its samples' layers that `chosen` prefers to the others and to `start`.
 fn of_samples(
     subject: &Subject<'_>,
@@ -345,11 +353,7 @@ fn of_samples(
     start: u32,
     chosen: fn(u32, u32) -> u32,
 ) -> Grid<u32> {
-    let finer = Camera {
-        width: camera.width * SAMPLES,
-        height: camera.height * SAMPLES,
-        ..*camera
-    };
+    let (_, finer) = finer(camera);
     let Side { scene, textures } = subject.original;
     let seen = rasterize(scene, textures, &finer);
     let samples = layer_indices(&seen.depth, &finer, subject.reference(), &subject.borders);
