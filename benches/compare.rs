@@ -100,8 +100,9 @@ impl Subject<'_> {
 /// Prints what a model's representations cost and how wrong they look, and writes pictures of one
 /// view into a folder.
 ///
-/// * gap pixels - as `verify` counts them, by the layers of our impostor: the original covers the
-///   3 x 3 neighbourhood, but nothing is shown or something at least two layers too far behind
+/// * gap pixels - those that `verify` looks at closely, by the layers of our impostor: the original
+///   covers the centres of the 3 x 3 neighbourhood, but nothing is shown or something at least two
+///   layers too far behind
 /// * holes - those of them where nothing is shown
 /// * phantom pixels, coverage error - as `verify` counts them
 /// * FLIP - mean at 67 pixels a degree over pixels covered by either, widened by one

@@ -2,7 +2,9 @@
 //!
 //! `cargo bench -p farfield-benches` measures the stages of a bake and prints the tables;
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
-//! comparison, `-- ratios` only how far the stages are from what bounds them. With `--pictures DIR` the comparison writes what it compares into a folder.
+//! comparison, `-- ratios` only how far the stages are from what bounds them.
+//! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
+//! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
 
 mod atlas;
@@ -29,13 +31,10 @@ fn main() {
         PathBuf::from(folder.expect("--pictures is followed by a folder"))
     });
     let dense = || std::iter::once(models::house()).chain(models::read(&models::DENSE));
-    let compare = || {
-        for model in dense().chain(models::read(&models::CITY)) {
-            compare::table(&model, pictures.as_deref());
-        }
-    };
+    let compare = |model| compare::table(&model, pictures.as_deref());
     if asked("compare").is_some() {
-        return compare();
+        let all = dense().chain(models::read(&models::CITY));
+        return all.for_each(compare);
     }
 
     if asked("ratios").is_some() {
@@ -51,7 +50,7 @@ fn main() {
     let layered: Vec<Layered> = dense().map(models::prepare).collect();
     quads::table(&models::masks(&layered));
     atlas::table(&models::padded_quads(&layered));
-    compare();
+    compare(models::house());
     // Criterion reads the command line itself and refuses words it does not know.
     if asked("tables").is_some() {
         return;

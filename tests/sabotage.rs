@@ -539,6 +539,29 @@ fn shifted_colours_are_a_bias() {
     }
 }
 
+/// Too few texels to change what is typical, on one page of several.
+#[test]
+fn a_painted_block_of_one_page_is_of_stray_colours() {
+    let mut bundle = good();
+    assert!(bundle.display.images.len() > 1);
+    let page = &mut bundle.display.images[0];
+    let (width, height) = (page.width as usize, page.height as usize);
+    // A tenth of the page's area, in its middle.
+    let block = |side: usize| side / 3..side / 3 + side * 32 / 100;
+    for (x, y) in block(height).flat_map(|y| block(width).map(move |x| (x, y))) {
+        page.texels[y * width + x][..3].copy_from_slice(&[255, 0, 255]);
+    }
+    let report = bundle.verified(VIEWS);
+    assert_broken(
+        &report,
+        &["stray", "%", "promised at most 0.05", "view 0 at"],
+    );
+    assert_eq!(report.broken.len(), 1, "{:?}", report.broken);
+    let sound = good().verified(VIEWS);
+    assert_eq!((sound.stray_pixels, sound.stray_colours), (0, 0.0));
+    assert!(sound.interior_pixels > 10_000);
+}
+
 /// Layers that suit a view cell need not suit a larger one: seen from its corners, and proved.
 #[test]
 fn an_enlarged_view_cell_finds_layers_too_far_apart() {
@@ -597,6 +620,10 @@ fn a_promise_taken_back_is_named() {
     bundle.manifest.promise.parallax_px = Some(2.0);
     let report = bundle.verified(1);
     assert_broken(&report, &["promises 2 for parallax_px", "keeps to 1"]);
+    let mut bundle = good();
+    bundle.manifest.promise.stray_colours = None;
+    let report = bundle.verified(1);
+    assert_broken(&report, &["promises nothing for stray_colours"]);
 }
 
 /// Clients sort blended triangles, and cut masks where the file says.

@@ -82,6 +82,7 @@ fn bake_and_verify_report_as_promised() {
         "flip_p95",
         "psnr_db",
         "colour_bias",
+        "stray_colours",
         "worst_view",
         "holds",
     ];

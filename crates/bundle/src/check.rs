@@ -42,6 +42,7 @@ impl Manifest {
             ("coverage_error", self.promise.coverage_error),
             ("coverage_change", self.promise.coverage_change),
             ("colour_bias", self.promise.colour_bias),
+            ("stray_colours", self.promise.stray_colours),
         ] {
             not_negative(figure.unwrap_or(0.0), format_args!("promise.{name}"))?;
         }
@@ -476,7 +477,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 48] = [
+        let damages: [(&str, Damage); 49] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -591,6 +592,9 @@ mod tests {
             }),
             ("promise.colour_bias", |m| {
                 m.promise.colour_bias = Some(-0.004);
+            }),
+            ("promise.stray_colours", |m| {
+                m.promise.stray_colours = Some(f64::NAN);
             }),
             ("impostors[1].name", |m| {
                 m.impostors[1].name = m.impostors[0].name.clone();

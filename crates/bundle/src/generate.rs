@@ -182,10 +182,16 @@ fn sources() -> impl Strategy<Value = SceneSource> {
 fn promises() -> impl Strategy<Value = Promise> {
     let count = || prop::option::of(any::<u64>());
     let figure = || prop::option::of(lengths());
-    let figures = [figure(), figure(), figure(), figure()];
+    let figures = [figure(), figure(), figure(), figure(), figure()];
     ([count(), count(), count()], figures, vec(texts(), 0..3)).prop_map(
         |([gap_pixels, phantom_pixels, back_pixels], figures, notes)| {
-            let [parallax_px, coverage_error, coverage_change, colour_bias] = figures;
+            let [
+                parallax_px,
+                coverage_error,
+                coverage_change,
+                colour_bias,
+                stray_colours,
+            ] = figures;
             Promise {
                 gap_pixels,
                 phantom_pixels,
@@ -194,6 +200,7 @@ fn promises() -> impl Strategy<Value = Promise> {
                 coverage_error,
                 coverage_change,
                 colour_bias,
+                stray_colours,
                 notes,
             }
         },

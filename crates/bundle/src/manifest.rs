@@ -188,6 +188,10 @@ pub struct Promise {
     /// full intensity; to either side of 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour_bias: Option<f64>,
+    /// Pixels in the midst of colours that the original does not show anywhere near, as a share of
+    /// those inside of what both cover.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stray_colours: Option<f64>,
     /// The limits of the promise, a sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

@@ -13,6 +13,7 @@ mod region;
 
 mod color;
 mod ssim;
+mod stray;
 
 #[cfg(feature = "flip")]
 mod flip;
@@ -28,3 +29,4 @@ pub use parallax::{ParallaxErrors, RecordedFrom, parallax};
 pub use region::compared_region;
 pub use silhouette::{SilhouetteDisplacement, silhouette_displacement};
 pub use ssim::ssim_errors;
+pub use stray::{StrayColors, is_within, stray_colors};

@@ -2,7 +2,7 @@
 
 use super::possible;
 use super::subject::Subject;
-use super::view::look_at_geometry;
+use super::view::geometry_holds;
 use farfield_bundle::{Beyond, Promise};
 use farfield_views::ViewCell;
 use glam::DVec3;
@@ -15,17 +15,26 @@ const LATTICE: u64 = 26;
 const LARGEST: f64 = 4.0;
 
 /// How often an interval is halved.
-const STEPS: u32 = 6;
+const STEPS: u64 = 6;
+
+/// Places that are tried.
+pub(super) const TESTS: u64 = 2 * STEPS;
 
 /// Searches for the largest cell around the view cell, and the nearest place before it, from
 /// which the promise still holds. Sampled, not proved: from the corners, edge and face centres
 /// of the cells tried.
-pub(super) fn beyond(subject: &Subject<'_>, promise: &Promise) -> Beyond {
+///
+/// * `tested` - called after each of [`TESTS`] tests
+pub(super) fn beyond(subject: &Subject<'_>, promise: &Promise, tested: impl Fn()) -> Beyond {
+    let holds = |eyes: &[DVec3]| {
+        let holds = holds(subject, promise, eyes);
+        tested();
+        holds
+    };
     let cell_scale = last_that_holds(1.0, LARGEST, |scale| {
-        scaled(&subject.cell, scale).is_some_and(|cell| {
-            let eyes: Vec<DVec3> = (0..LATTICE).map(|i| cell.viewpoint(i, 0)).collect();
-            holds(subject, promise, &eyes)
-        })
+        let cell = scaled(&subject.cell, scale);
+        let eyes = cell.map(|cell| (0..LATTICE).map(|i| cell.viewpoint(i, 0)).collect());
+        eyes.is_some_and(|eyes: Vec<DVec3>| holds(&eyes))
     });
 
     // Towards the target, from 0, the cell as it is, to 1, all the way.
@@ -33,7 +42,7 @@ pub(super) fn beyond(subject: &Subject<'_>, promise: &Promise) -> Beyond {
     let target = subject.target();
     let nearer =
         |share: f64| -> Vec<DVec3> { front.iter().map(|eye| eye.lerp(target, share)).collect() };
-    let share = last_that_holds(0.0, 1.0, |share| holds(subject, promise, &nearer(share)));
+    let share = last_that_holds(0.0, 1.0, |share| holds(&nearer(share)));
     let places = nearer(share);
     let distance = |eye: &DVec3| {
         let [min, max] = subject.represented;
@@ -67,19 +76,11 @@ fn front(subject: &Subject<'_>) -> Vec<DVec3> {
         .collect()
 }
 
-/// Whether the promise about geometry holds from all of some places.
+/// Whether the promise about geometry holds from all of some places: the first from which it does
+/// not ends the test.
 fn holds(subject: &Subject<'_>, promise: &Promise, eyes: &[DVec3]) -> bool {
-    eyes.par_iter().all(|eye| {
-        if !sees_all_before_it(subject, *eye) {
-            return false;
-        }
-        let found = look_at_geometry(subject, *eye);
-        let within = |count: usize, most: Option<u64>| most.is_none_or(|most| count as u64 <= most);
-        within(found.gaps.len(), promise.gap_pixels)
-            && within(found.phantoms.len(), promise.phantom_pixels)
-            && within(found.backs.len(), promise.back_pixels)
-            && found.parallax.above.is_empty()
-    })
+    eyes.par_iter()
+        .all(|eye| sees_all_before_it(subject, *eye) && geometry_holds(subject, *eye, promise))
 }
 
 /// Whether all that is represented lies before a camera at a place, and before the place along

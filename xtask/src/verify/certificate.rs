@@ -39,7 +39,7 @@ pub(super) fn certificate(manifest: &Manifest, report: &VerifyReport) -> Certifi
 const SAMPLED: [&str; 5] = [
     "Gap pixels, phantom pixels and coverage, at every pixel of every viewpoint.",
     "Parallax: where the impostor's geometry shows each visible surface point of the original.",
-    "Colours: FLIP, structural similarity, signal-to-noise ratio and bias.",
+    "Colours: FLIP, structural similarity, signal-to-noise ratio, bias and strays.",
     "Silhouettes: the distance between the outlines of original and impostor.",
     "The reach beyond the view cell, from corners, edge and face centres of larger and nearer cells.",
 ];

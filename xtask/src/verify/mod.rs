@@ -9,6 +9,7 @@ mod html;
 mod possible;
 mod promise;
 mod report;
+mod strays;
 mod subject;
 mod table;
 mod totals;
@@ -120,9 +121,8 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let too_small = bake::texels_too_small(smallest);
     let least = bake::promise(&original, space, foliage, too_small);
     report.broken = promise::loosened(&manifest.promise, &least);
-    report
-        .broken
-        .extend(promise::broken(&report, &manifest.promise));
+    let judged = promise::judged(&report, &manifest.promise);
+    report.broken.extend(promise::broken(&report, &judged));
     for (subject, construction) in subjects.iter().zip(&constructions) {
         let of = match space.has_sides() {
             true => format!("{}: ", subject.name),
@@ -136,11 +136,12 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     report.holds = report.broken.is_empty();
     let whole = options.views.start == 0;
     if let ([one], false, true) = (&*subjects, space.has_sides(), whole && report.holds) {
-        let beyond = console.stage("beyond the cell", || beyond::beyond(one, &manifest.promise));
-        report.beyond = Some(beyond);
+        let bar = console.bar("beyond the cell", beyond::TESTS);
+        report.beyond = Some(beyond::beyond(one, &manifest.promise, || bar.inc(1)));
+        bar.finish_and_clear();
     }
 
-    let rows = table::promised_rows(&report, &manifest.promise);
+    let rows = table::promised_rows(&report, &judged);
     let folder = dir.join("report");
     if whole && folder.exists() {
         // Pictures of earlier worst views.

@@ -4,73 +4,179 @@ use super::report::VerifyReport;
 use super::totals::Place;
 use farfield_bundle::Promise;
 
+/// A figure beside what is promised of it.
+pub(super) struct Judged {
+    pub(super) name: &'static str,
+    pub(super) measured: String,
+    /// Empty where nothing is promised.
+    pub(super) promised: String,
+    /// What is broken and where; nothing where the promise is kept.
+    pub(super) broken: Option<String>,
+}
+
+/// What was measured of a figure, and what to say of it.
+struct Measured {
+    name: &'static str,
+    figure: f64,
+    words: fn(f64) -> String,
+    /// Whether something is wrong that the figure does not show.
+    is_wrong: bool,
+    /// The figure in a sentence.
+    what: String,
+    /// Where it is; may be empty.
+    places: String,
+}
+
+/// All figures that can be promised, each compared with its limit: here and nowhere else.
+pub(super) fn judged(report: &VerifyReport, promise: &Promise) -> Vec<Judged> {
+    let whole = |n: Option<u64>| n.map(|n| n as f64);
+    let colour_bias = promise
+        .colour_bias
+        .filter(|_| is_judged(report.compared_pixels));
+    let stray_colours = promise
+        .stray_colours
+        .filter(|_| is_judged(report.interior_pixels));
+    let limits = [
+        whole(promise.gap_pixels),
+        promise.parallax_px,
+        whole(promise.phantom_pixels),
+        whole(promise.back_pixels),
+        colour_bias,
+        stray_colours,
+        promise.coverage_error,
+        promise.coverage_change,
+    ];
+    let both = measured(report).into_iter().zip(limits);
+    both.map(|(found, limit)| judge(found, limit)).collect()
+}
+
+fn judge(found: Measured, limit: Option<f64>) -> Judged {
+    let Measured { figure, words, .. } = found;
+    let promised = limit.map_or(String::new(), |most| format!("at most {}", words(most)));
+    // What is no number keeps no promise.
+    let is_kept = limit.is_none_or(|most| figure.abs() <= most && !found.is_wrong);
+    let places = match found.places.as_str() {
+        "" => String::new(),
+        places => format!(": {places}"),
+    };
+    Judged {
+        name: found.name,
+        measured: words(figure),
+        broken: (!is_kept).then(|| format!("{}, promised {promised}{places}", found.what)),
+        promised,
+    }
+}
+
+/// The figures in the order in which they are told.
+fn measured(report: &VerifyReport) -> [Measured; 8] {
+    let count = |n: f64| format!("{n:.0}");
+    let percent = |n: f64| format!("{:.4} %", n * 100.0);
+    let levels = |n: f64| format!("{:.2}/255", n * 255.0);
+    let found = |name, figure, words, what, places| Measured {
+        name,
+        figure,
+        words,
+        is_wrong: false,
+        what,
+        places,
+    };
+    let unmet = match report.unmet_pixels {
+        0 => String::new(),
+        unmet => format!(" ({unmet} of them are nowhere at all)"),
+    };
+    let [r, g, b] = report.colour_bias_rgb.map(|bias| bias * 255.0);
+    [
+        found(
+            "gap pixels",
+            report.gap_pixels as f64,
+            count,
+            format!("{} gap pixels", report.gap_pixels),
+            places(&report.gaps),
+        ),
+        Measured {
+            name: "parallax, pixels",
+            figure: report.parallax_px,
+            words: pixels,
+            is_wrong: report.displaced_pixels > 0,
+            what: format!("a parallax of {:.3} pixels", report.parallax_px),
+            places: format!(
+                "{} points are displaced by more{unmet}, {}",
+                report.displaced_pixels,
+                places(&report.displaced)
+            ),
+        },
+        found(
+            "phantom pixels",
+            report.phantom_pixels as f64,
+            count,
+            format!("{} phantom pixels", report.phantom_pixels),
+            places(&report.phantoms),
+        ),
+        found(
+            "pixels that show backs",
+            report.back_pixels as f64,
+            count,
+            format!(
+                "{} pixels show backs of surfaces that are to be seen from their fronts",
+                report.back_pixels
+            ),
+            places(&report.backs),
+        ),
+        found(
+            "colour bias",
+            report.colour_bias,
+            levels,
+            format!("colours are off by ({r:+.2}, {g:+.2}, {b:+.2}) of 255 on average"),
+            String::new(),
+        ),
+        found(
+            "stray colours",
+            report.stray_colours,
+            percent,
+            format!(
+                "{:.4} % of the pixels inside of what is shown lie amidst stray colours, which the \
+                 original does not show near them",
+                report.stray_colours * 100.0
+            ),
+            places(&report.strays),
+        ),
+        found(
+            "coverage error",
+            report.coverage_error,
+            percent,
+            format!(
+                "{:.4} % of the original's pixels are missed",
+                report.coverage_error * 100.0
+            ),
+            String::new(),
+        ),
+        found(
+            "coverage change",
+            report.coverage_change,
+            percent,
+            format!(
+                "the impostor covers {:+.2} % more pixels than the original",
+                report.coverage_change * 100.0
+            ),
+            String::new(),
+        ),
+    ]
+}
+
 /// What of a promise is broken and where, a sentence each.
-pub(super) fn broken(report: &VerifyReport, promise: &Promise) -> Vec<String> {
-    let more = |found: f64, most: Option<f64>| most.filter(|most| found > *most);
-    let count = |found: u64, most: Option<u64>| most.filter(|most| found > *most);
-    let mut broken = Vec::new();
-    if let Some(most) = count(report.gap_pixels, promise.gap_pixels) {
-        broken.push(format!(
-            "{} gap pixels, promised at most {most}: {}",
-            report.gap_pixels,
-            places(&report.gaps)
-        ));
+pub(super) fn broken(report: &VerifyReport, judged: &[Judged]) -> Vec<String> {
+    let blind = (report.covered_pixels == 0)
+        .then(|| "no viewpoint sees anything of the original: nothing was compared".into());
+    let of_figures = judged.iter().filter_map(|figure| figure.broken.clone());
+    of_figures.chain(blind).collect()
+}
+
+/// A length in pixels, in words.
+pub(super) fn pixels(n: f64) -> String {
+    match n.fract() == 0.0 {
+        true => format!("{n:.0}"),
+        false => format!("{n:.3}"),
     }
-    if let Some(most) = promise.parallax_px.filter(|_| report.displaced_pixels > 0) {
-        let missing = match report.unmet_pixels {
-            0 => String::new(),
-            unmet => format!(" ({unmet} of them are nowhere at all)"),
-        };
-        broken.push(format!(
-            "a parallax of {:.3} pixels, promised at most {most}: {} points are displaced by \
-             more{missing}, {}",
-            report.parallax_px,
-            report.displaced_pixels,
-            places(&report.displaced)
-        ));
-    }
-    if report.covered_pixels == 0 {
-        broken.push("no viewpoint sees anything of the original: nothing was compared".into());
-    }
-    if let Some(most) = count(report.phantom_pixels, promise.phantom_pixels) {
-        broken.push(format!(
-            "{} phantom pixels, promised at most {most}: {}",
-            report.phantom_pixels,
-            places(&report.phantoms)
-        ));
-    }
-    if let Some(most) = count(report.back_pixels, promise.back_pixels) {
-        broken.push(format!(
-            "{} pixels show backs of surfaces that are to be seen from their fronts, promised at \
-             most {most}: {}",
-            report.back_pixels,
-            places(&report.backs)
-        ));
-    }
-    let colour_bias = promise.colour_bias.filter(|_| is_judged(report));
-    if let Some(most) = more(report.colour_bias.abs(), colour_bias) {
-        let [r, g, b] = report.colour_bias_rgb.map(|bias| bias * 255.0);
-        broken.push(format!(
-            "colours are off by ({r:+.2}, {g:+.2}, {b:+.2}) of 255 on average, promised at most \
-             {:.2}",
-            most * 255.0
-        ));
-    }
-    if let Some(most) = more(report.coverage_error, promise.coverage_error) {
-        broken.push(format!(
-            "{:.4} % of the original's pixels are missed, promised at most {:.4} %",
-            report.coverage_error * 100.0,
-            most * 100.0
-        ));
-    }
-    if let Some(most) = more(report.coverage_change.abs(), promise.coverage_change) {
-        broken.push(format!(
-            "the impostor covers {:+.2} % more pixels than the original, promised at most {:.2} %",
-            report.coverage_change * 100.0,
-            most * 100.0
-        ));
-    }
-    broken
 }
 
 /// In what a manifest promises less than what its technique keeps to, a sentence each: nobody
@@ -84,6 +190,7 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
             ("back_pixels", count(promise.back_pixels)),
             ("parallax_px", promise.parallax_px),
             ("colour_bias", promise.colour_bias),
+            ("stray_colours", promise.stray_colours),
             ("coverage_error", promise.coverage_error),
             ("coverage_change", promise.coverage_change),
         ]
@@ -109,10 +216,10 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
     .collect()
 }
 
-/// Whether enough pixels were compared to judge their mean: single pixels differ by some 30/255,
-/// in groups of about ten, so that of fewer the mean is not even known to 1/255.
-pub(super) fn is_judged(report: &VerifyReport) -> bool {
-    report.compared_pixels >= 10_000
+/// Whether enough pixels were compared to judge colours: single pixels differ by some 30/255, in
+/// groups of about ten, so that of fewer the mean is not even known to 1/255.
+fn is_judged(pixels: u64) -> bool {
+    pixels >= 10_000
 }
 
 /// Where something was found, the first few.

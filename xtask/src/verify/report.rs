@@ -36,6 +36,9 @@ pub struct VerifyReport {
     /// positive where the impostor is brighter. Of pixels that both cover, less the quarter that
     /// differs most to either side: there silhouettes are a texel apart.
     pub colour_bias: f64,
+    /// Pixels in the midst of colours that the original does not show anywhere near, as a share of
+    /// those inside of what both cover.
+    pub stray_colours: f64,
     /// The number of the worst viewpoint: most gaps, phantoms and displaced pixels, then the
     /// greatest mean colour difference.
     pub worst_view: u64,
@@ -48,6 +51,10 @@ pub struct VerifyReport {
     pub covered_pixels: u64,
     /// Pixels whose colours were compared, in all views together.
     pub compared_pixels: u64,
+    /// Pixels inside of what both cover, in all views together.
+    pub interior_pixels: u64,
+    /// Those of them in the midst of stray colours.
+    pub stray_pixels: u64,
     /// Number that distinguishes these viewpoints from others.
     pub seed: u64,
     /// The bias of red, green and blue.
@@ -77,6 +84,8 @@ pub struct VerifyReport {
     pub phantoms: Vec<Place>,
     /// The first thousand pixels that show backs.
     pub backs: Vec<Place>,
+    /// The first thousand pixels in the midst of stray colours.
+    pub strays: Vec<Place>,
     /// The first thousand points displaced by more than is promised.
     pub displaced: Vec<Place>,
 }
@@ -163,10 +172,13 @@ pub(super) fn summarise(
             .into_iter()
             .max_by(|a, b| a.abs().total_cmp(&b.abs()))
             .unwrap_or(0.0),
+        stray_colours: totals.stray_pixels as f64 / totals.interior_pixels.max(1) as f64,
         worst_view: totals.worst.first().map_or(0, |view| view.view),
         holds: false,
         broken: Vec::new(),
         covered_pixels: totals.coverage.covered,
+        interior_pixels: totals.interior_pixels,
+        stray_pixels: totals.stray_pixels,
         seed: SEED,
         compared_pixels: color.pixels,
         colour_bias_rgb: bias,
@@ -189,6 +201,7 @@ pub(super) fn summarise(
         gaps: totals.gaps.clone(),
         phantoms: totals.phantoms.clone(),
         backs: totals.backs.clone(),
+        strays: totals.strays.clone(),
         displaced: totals.displaced.clone(),
     }
 }

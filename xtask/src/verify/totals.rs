@@ -20,6 +20,10 @@ pub(super) struct Totals {
     pub(super) parallax: Distribution,
     pub(super) silhouette: SilhouetteDisplacement,
     pub(super) color: ColorDifference,
+    /// Pixels inside of what both sides cover.
+    pub(super) interior_pixels: u64,
+    /// Those of them that lie amidst colours that the original does not show near them.
+    pub(super) stray_pixels: u64,
     pub(super) ssim: Distribution,
     pub(super) flip: Distribution,
     /// Of each view the share of missed pixels.
@@ -34,6 +38,8 @@ pub(super) struct Totals {
     pub(super) phantoms: Vec<Place>,
     /// The first pixels found that show backs.
     pub(super) backs: Vec<Place>,
+    /// The first pixels found amidst stray colours.
+    pub(super) strays: Vec<Place>,
     /// The first points found that are displaced by more than is promised.
     pub(super) displaced: Vec<Place>,
     /// The first views, for the plot: the sequence of viewpoints is even from the start.
@@ -79,6 +85,8 @@ impl Totals {
         self.parallax.merge(&geometry.parallax.errors);
         self.silhouette.merge(&view.silhouette);
         self.color.merge(&view.color);
+        self.interior_pixels += view.stray.interior;
+        self.stray_pixels += view.stray.stray.len() as u64;
         self.ssim.merge(&view.ssim);
         self.flip.merge(&view.flip);
         self.missed.record(view.coverage.error());
@@ -86,6 +94,7 @@ impl Totals {
         note(&mut self.gaps, view.view, &geometry.gaps);
         note(&mut self.phantoms, view.view, &geometry.phantoms);
         note(&mut self.backs, view.view, &geometry.backs);
+        note(&mut self.strays, view.view, &view.stray.stray);
         note(&mut self.displaced, view.view, &geometry.parallax.above);
         if self.dots.len() < MOST_DOTS {
             self.dots.push(Dot {

@@ -1,13 +1,16 @@
 //! One view of original and impostor, compared.
 
 use super::gaps::gaps;
+use super::strays::strays;
 use super::subject::{Side, Subject};
 use crate::pictures;
+use farfield_bundle::Promise;
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
-    SilhouetteDisplacement, color_difference, compared_region, coverage, covered_in_any_sample,
-    layer_indices, parallax, phantom_pixels, silhouette_displacement, ssim_errors,
+    SilhouetteDisplacement, StrayColors, color_difference, compared_region, coverage,
+    covered_in_any_sample, layer_indices, parallax, phantom_pixels, silhouette_displacement,
+    ssim_errors,
 };
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
 use farfield_scene::Scene;
@@ -38,6 +41,7 @@ pub(super) struct ViewFigures {
     pub(super) covered_by_impostor: u64,
     pub(super) silhouette: SilhouetteDisplacement,
     pub(super) color: ColorDifference,
+    pub(super) stray: StrayColors,
     pub(super) ssim: Distribution,
     /// Empty where FLIP is not built in.
     pub(super) flip: Distribution,
@@ -74,18 +78,20 @@ pub(super) struct Shown {
 
 /// Renders both sides with the same renderer and light.
 pub(super) fn show(subject: &Subject<'_>, camera: &Camera) -> Pictures {
-    let picture = |side: &Side<'_>| {
-        let seen = rasterize(side.scene, side.textures, camera);
-        let light = Lighting::default();
-        let colors = shade(side.scene, side.textures, camera, &seen, &light);
-        Shown {
-            colors: pictures::over_background(&colors, &seen.objects),
-            seen,
-        }
-    };
     Pictures {
-        original: picture(&subject.original),
-        impostor: picture(&subject.impostor),
+        original: shown_by(&subject.original, camera),
+        impostor: shown_by(&subject.impostor, camera),
+    }
+}
+
+/// Renders one side.
+pub(super) fn shown_by(side: &Side<'_>, camera: &Camera) -> Shown {
+    let seen = rasterize(side.scene, side.textures, camera);
+    let light = Lighting::default();
+    let colors = shade(side.scene, side.textures, camera, &seen, &light);
+    Shown {
+        colors: pictures::over_background(&colors, &seen.objects),
+        seen,
     }
 }
 
@@ -97,6 +103,10 @@ pub(super) fn look(subject: &Subject<'_>, index: u64, view: u64) -> ViewFigures 
     let ids = [&original.seen.objects, &impostor.seen.objects];
     let region = compared_region(ids[0], ids[1]);
     let colors = [&original.colors, &impostor.colors];
+    let pictures = [0, 1].map(|i| Picture {
+        colors: colors[i],
+        ids: ids[i],
+    });
     ViewFigures {
         view,
         camera,
@@ -104,17 +114,8 @@ pub(super) fn look(subject: &Subject<'_>, index: u64, view: u64) -> ViewFigures 
         coverage: coverage(ids[0], ids[1]),
         covered_by_impostor: covered(ids[1]),
         silhouette: silhouette_displacement(ids[0], ids[1]),
-        color: color_difference(
-            Picture {
-                colors: colors[0],
-                ids: ids[0],
-            },
-            Picture {
-                colors: colors[1],
-                ids: ids[1],
-            },
-            &region,
-        ),
+        color: color_difference(pictures[0], pictures[1], &region),
+        stray: strays(subject, &camera, pictures[0], pictures[1]),
         ssim: ssim_errors(colors[0], colors[1], &region),
         flip: flip(colors, &region),
     }
@@ -130,12 +131,24 @@ fn flip(_: [&Grid<[u8; 3]>; 2], _: &BitMask) -> Distribution {
     Distribution::default()
 }
 
-/// Compares where things are, as seen from a place inside or outside of the view cell.
-pub(super) fn look_at_geometry(subject: &Subject<'_>, eye: DVec3) -> Geometry {
+/// Whether a promise about where things are is kept, as seen from a place inside or outside of the
+/// view cell. What costs least is asked first, and nothing more once something is broken.
+pub(super) fn geometry_holds(subject: &Subject<'_>, eye: DVec3, promise: &Promise) -> bool {
     let camera = subject.camera_at(eye);
     let [original, impostor] = [&subject.original, &subject.impostor]
         .map(|side| rasterize(side.scene, side.textures, &camera));
-    compare_geometry(subject, &camera, &original, &impostor)
+    let sight = Sight::new(subject, &camera, &original, &impostor);
+    let within = |count: usize, most: Option<u64>| most.is_none_or(|most| count as u64 <= most);
+    if !within(sight.gaps().len(), promise.gap_pixels) || !sight.parallax().above.is_empty() {
+        return false;
+    }
+    let alone = sight.alone();
+    // Either is wrong then.
+    if alone.is_empty() || (promise.phantom_pixels, promise.back_pixels) == (Some(0), Some(0)) {
+        return alone.is_empty();
+    }
+    let [phantoms, backs] = sight.phantoms_and_backs(alone);
+    within(phantoms.len(), promise.phantom_pixels) && within(backs.len(), promise.back_pixels)
 }
 
 /// Pixels that original and impostor cover at a lower resolution.
@@ -155,42 +168,98 @@ fn compare_geometry(
     original: &Visibility,
     impostor: &Visibility,
 ) -> Geometry {
-    let reference = subject.reference();
-    let layers = |depth: &Grid<f64>| layer_indices(depth, camera, reference, &subject.borders);
-    let single = covered_in_any_sample(&original.objects, 1);
-    let suspects = phantom_pixels(&single, &impostor.objects);
-    let recorded = RecordedFrom {
-        reference: *reference,
-        borders: &subject.borders,
-        texel: subject.texel(),
-    };
-    let meet = |direction, range| {
-        subject
-            .tracer
-            .nearest_to_range(reference.eye, direction, range)
-    };
-    let close_look = CloseLook::new(subject, camera);
-    let alone = far_from(subject, camera, suspects, touched);
-    let phantoms = far_from(subject, camera, alone.clone(), touched_on_any_side);
-    let backs = alone.into_iter().filter(|at| !phantoms.contains(at));
+    let sight = Sight::new(subject, camera, original, impostor);
+    let [phantoms, backs] = sight.phantoms_and_backs(sight.alone());
     Geometry {
-        gaps: gaps(
+        gaps: sight.gaps(),
+        phantoms,
+        backs,
+        parallax: sight.parallax(),
+    }
+}
+
+/// What both sides show to a camera, for what is to be found in it.
+struct Sight<'a> {
+    subject: &'a Subject<'a>,
+    camera: &'a Camera,
+    original: &'a Visibility,
+    impostor: &'a Visibility,
+    close_look: CloseLook<'a>,
+}
+
+impl<'a> Sight<'a> {
+    fn new(
+        subject: &'a Subject<'a>,
+        camera: &'a Camera,
+        original: &'a Visibility,
+        impostor: &'a Visibility,
+    ) -> Self {
+        Self {
             subject,
             camera,
-            &layers(&original.depth),
-            &layers(&impostor.depth),
-        ),
-        backs: backs.collect(),
-        phantoms,
-        parallax: parallax(
-            &original.depth,
-            &impostor.depth,
+            original,
+            impostor,
+            close_look: CloseLook::new(subject, camera),
+        }
+    }
+
+    fn gaps(&self) -> Vec<[u32; 2]> {
+        let Self {
+            subject, camera, ..
+        } = self;
+        let layers = |seen: &Visibility| {
+            layer_indices(&seen.depth, camera, subject.reference(), &subject.borders)
+        };
+        gaps(
+            subject,
             camera,
+            &layers(self.original),
+            &layers(self.impostor),
+        )
+    }
+
+    fn parallax(&self) -> ParallaxErrors {
+        let subject = self.subject;
+        let reference = subject.reference();
+        let recorded = RecordedFrom {
+            reference: *reference,
+            borders: &subject.borders,
+            texel: subject.texel(),
+        };
+        parallax(
+            &self.original.depth,
+            &self.impostor.depth,
+            self.camera,
             &recorded,
             subject.most_parallax,
-            meet,
-            |at, layer| close_look.touches(at, layer),
-        ),
+            |direction, range| {
+                let eye = reference.eye;
+                subject.tracer.nearest_to_range(eye, direction, range)
+            },
+            |at, layer| self.close_look.touches(at, layer),
+        )
+    }
+
+    /// The pixels that only the impostor covers, far from any surface of the original that is
+    /// turned to the camera. Samples find most of what is near, and sooner.
+    fn alone(&self) -> Vec<[u32; 2]> {
+        let single = covered_in_any_sample(&self.original.objects, 1);
+        let mut suspects = phantom_pixels(&single, &self.impostor.objects);
+        suspects.retain(|at| !self.close_look.sees_something(*at));
+        far_from(self.subject, self.camera, suspects, touched)
+    }
+
+    /// Those of them that are far from anything, and those that show its back.
+    fn phantoms_and_backs(&self, alone: Vec<[u32; 2]>) -> [Vec<[u32; 2]>; 2] {
+        let phantoms = far_from(
+            self.subject,
+            self.camera,
+            alone.clone(),
+            touched_on_any_side,
+        );
+        let backs = alone.into_iter().filter(|at| !phantoms.contains(at));
+        let backs = backs.collect();
+        [phantoms, backs]
     }
 }
 
@@ -223,6 +292,11 @@ impl<'a> CloseLook<'a> {
     fn touches(&self, at: [u32; 2], layer: u32) -> bool {
         self.least(&self.sampled, at, nearest_sampled) <= layer
             || self.least(&self.touched, at, touched_layers) <= layer
+    }
+
+    /// Whether a sample of the original shows something in the 5 x 5 neighbourhood of a pixel.
+    fn sees_something(&self, at: [u32; 2]) -> bool {
+        self.least(&self.sampled, at, nearest_sampled) != NONE
     }
 
     /// The least layer in the 5 x 5 neighbourhood of a pixel.
@@ -262,6 +336,16 @@ pub(super) fn farthest_sampled(subject: &Subject<'_>, camera: &Camera) -> Grid<u
     of_samples(subject, camera, 0, u32::max)
 }
 
+/// A camera for samples of the pixels of another, and how many it takes along their sides.
+pub(super) fn finer(camera: &Camera) -> (u32, Camera) {
+    let finer = Camera {
+        width: camera.width * SAMPLES,
+        height: camera.height * SAMPLES,
+        ..*camera
+    };
+    (SAMPLES, finer)
+}
+
 /// Per pixel the one of its samples' layers that `chosen` prefers to the others and to `start`.
 fn of_samples(
     subject: &Subject<'_>,
@@ -269,11 +353,7 @@ fn of_samples(
     start: u32,
     chosen: fn(u32, u32) -> u32,
 ) -> Grid<u32> {
-    let finer = Camera {
-        width: camera.width * SAMPLES,
-        height: camera.height * SAMPLES,
-        ..*camera
-    };
+    let (_, finer) = finer(camera);
     let Side { scene, textures } = subject.original;
     let seen = rasterize(scene, textures, &finer);
     let samples = layer_indices(&seen.depth, &finer, subject.reference(), &subject.borders);

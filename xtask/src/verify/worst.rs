@@ -20,15 +20,17 @@ pub(super) struct ViewPictures {
 const GAP: [u8; 3] = [255, 32, 32];
 const PHANTOM: [u8; 3] = [0, 176, 255];
 const BACK: [u8; 3] = [0, 200, 120];
+const STRAY: [u8; 3] = [200, 80, 255];
 const DISPLACED: [u8; 3] = [255, 200, 0];
 
 /// Renders a view again: original, impostor, their difference, and gaps (red), phantoms (blue),
-/// backs (green) and displaced points (yellow) marked.
+/// backs (green), displaced points (yellow) and stray colours (violet) marked.
 pub(super) fn picture(subject: &Subject<'_>, view: &ViewFigures) -> ViewPictures {
     let Pictures { original, impostor } = show(subject, &view.camera);
     let region = compared_region(&original.seen.objects, &impostor.seen.objects);
     let geometry = &view.geometry;
     let all = [
+        (&view.stray.stray, STRAY),
         (&geometry.parallax.above, DISPLACED),
         (&geometry.backs, BACK),
         (&geometry.phantoms, PHANTOM),
