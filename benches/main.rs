@@ -2,12 +2,15 @@
 //!
 //! `cargo bench -p farfield-benches` measures the stages of a bake and prints the tables;
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
-//! comparison, `-- ratios` only how far the stages are from what bounds them. With `--pictures DIR` the comparison writes what it compares into a folder.
+//! comparison, `-- ratios` only how far the stages are from what bounds them, `-- growth` only how
+//! time and memory of a bake grow with the scene. With `--pictures DIR` the comparison writes what
+//! it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
 
 mod atlas;
 mod capture;
 mod compare;
+mod growth;
 mod models;
 mod octahedral;
 mod picture;
@@ -36,6 +39,12 @@ fn main() {
     };
     if asked("compare").is_some() {
         return compare();
+    }
+    if asked("growth").is_some() {
+        return growth::table();
+    }
+    if let Some(at) = asked(growth::ONE) {
+        return growth::bake_one(arguments.get(at + 1).map_or("", String::as_str));
     }
 
     if asked("ratios").is_some() {
