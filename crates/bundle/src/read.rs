@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use crate::checksum::seal;
     use crate::generate::{damages, manifests, sample, sample_files};
-    use crate::write;
+    use crate::write::{BUNDLE, write};
     use proptest::prelude::*;
     use serde_json::{Value, json};
 
@@ -256,7 +256,7 @@ mod tests {
             BundleError::UnknownVersion { found: 2, .. }
         ));
         assert!(error.to_string().contains("use a newer farfield"));
-        assert!(is_bundle(dir.path()).unwrap());
+        assert!(is_of_kind(dir.path(), &BUNDLE).unwrap());
     }
 
     #[test]
@@ -266,7 +266,7 @@ mod tests {
         fs::write(dir.path().join(MANIFEST_FILE), text).unwrap();
         let error = read(dir.path()).unwrap_err();
         assert!(matches!(error, BundleError::WrongFormat { found, .. } if found == "other"));
-        assert!(!is_bundle(dir.path()).unwrap());
+        assert!(!is_of_kind(dir.path(), &BUNDLE).unwrap());
     }
 
     /// Every error of a manifest names the file, the place in it, and what to do.
