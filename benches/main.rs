@@ -2,7 +2,8 @@
 //!
 //! `cargo bench -p farfield-benches` measures the stages of a bake and prints the tables;
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
-//! comparison, `-- ratios` only how far the stages are from what bounds them.
+//! comparison, `-- ratios` only how far the stages are from what bounds them, `-- growth` only how
+//! time and memory of a bake grow with the scene.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
@@ -10,6 +11,7 @@
 mod atlas;
 mod capture;
 mod compare;
+mod growth;
 mod models;
 mod octahedral;
 mod picture;
@@ -35,6 +37,12 @@ fn main() {
     if asked("compare").is_some() {
         let all = dense().chain(models::read(&models::CITY));
         return all.for_each(compare);
+    }
+    if asked("growth").is_some() {
+        return growth::table();
+    }
+    if let Some(at) = asked(growth::ONE) {
+        return growth::bake_one(arguments.get(at + 1).map_or("", String::as_str));
     }
 
     if asked("ratios").is_some() {

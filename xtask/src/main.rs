@@ -40,6 +40,7 @@ struct BakeArgs {
     /// Where the viewer may be: box:cx,cy,cz:sx,sy,sz (centre and size in metres), or
     /// shaft:dx,dy,dz:half_angle:min[:max] (direction from the scene's centre to the viewers,
     /// degrees, distances in metres).
+    /// Without, objects far from all else and domes around it are left out, with a warning.
     /// [default: a cube of half the scene's largest extent, one extent before its +Z side]
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     view_cell: Option<ViewCellSpec>,

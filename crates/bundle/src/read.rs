@@ -168,8 +168,7 @@ mod tests {
     use super::*;
     use crate::checksum::seal;
     use crate::generate::{damages, manifests, sample, sample_files};
-    use crate::write;
-    use crate::write::BUNDLE;
+    use crate::write::{BUNDLE, write};
     use proptest::prelude::*;
     use serde_json::{Value, json};
 

@@ -553,6 +553,32 @@ mod tests {
         assert_eq!(tree(parent.path()), before);
     }
 
+    /// A folder is replaced by one of its kind, by no other.
+    #[test]
+    fn folders_of_another_kind_are_not_replaced() {
+        const SHEETS: FolderKind = FolderKind {
+            name: "set of sheets",
+            marker: "sheets.json",
+            format: "farfield-sheets",
+        };
+        let parent = tempfile::tempdir().unwrap();
+        let [bundle, sheets] = ["bundle", "sheets"].map(|name| parent.path().join(name));
+        write(&bundle, &sample(), &sample_files()).unwrap();
+        let file = |path: &str| NewFile {
+            path: path.into(),
+            bytes: b"content".to_vec(),
+        };
+        write_folder(&sheets, &SHEETS, &[file("old.txt")]).unwrap();
+        let before = tree(parent.path());
+        let refused = write_folder(&bundle, &SHEETS, &[]).unwrap_err();
+        assert!(refused.to_string().contains("a farfield set of sheets"));
+        let refused = write(&sheets, &sample(), &sample_files()).unwrap_err();
+        assert!(refused.to_string().contains("a farfield bundle"));
+        assert_eq!(tree(parent.path()), before);
+        write_folder(&sheets, &SHEETS, &[file("new.txt")]).unwrap();
+        assert!(sheets.join("new.txt").exists() && !sheets.join("old.txt").exists());
+    }
+
     /// A write that fails half-way leaves all as it was: the old bundle, or nothing at all.
     #[test]
     fn a_failing_write_leaves_nothing() {
