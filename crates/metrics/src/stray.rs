@@ -104,11 +104,14 @@ fn along_rows(picture: Picture<'_>) -> Grid<Option<Span>> {
     let mut spans = Grid::filled(width, height, None);
     for y in 0..height {
         let (ids, colors) = (picture.ids.row(y), picture.colors.row(y));
-        let row = spans.row_mut(y);
-        for x in REACH..width.saturating_sub(REACH) {
-            let five = x - REACH..x + REACH + 1;
-            if !ids[five.clone()].contains(&NONE) {
-                row[x] = colors[five].iter().map(Span::of).reduce(Span::joined);
+        let inner = spans.row_mut(y).iter_mut().skip(REACH);
+        // As long as the shortest: pixels too near to the right border keep nothing.
+        let fives = ids
+            .windows(2 * REACH + 1)
+            .zip(colors.windows(2 * REACH + 1));
+        for (span, (ids, colors)) in inner.zip(fives) {
+            if !ids.contains(&NONE) {
+                *span = colors.iter().map(Span::of).reduce(Span::joined);
             }
         }
     }

@@ -7,6 +7,7 @@ use farfield_bundle::{Beyond, Promise};
 use farfield_views::ViewCell;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::cell::Cell;
 
 /// Corners, edge and face centres: the first viewpoints of every cell.
 const LATTICE: u64 = 26;
@@ -26,10 +27,13 @@ pub(super) const TESTS: u64 = 2 * STEPS;
 ///
 /// * `tested` - called after each of [`TESTS`] tests
 pub(super) fn beyond(subject: &Subject<'_>, promise: &Promise, tested: impl Fn()) -> Beyond {
+    // What broke one test is likely to break the next.
+    let telling = Cell::new(0);
     let holds = |eyes: &[DVec3]| {
-        let holds = holds(subject, promise, eyes);
+        let broken = first_broken(subject, promise, eyes, telling.get());
+        telling.set(broken.unwrap_or(telling.get()));
         tested();
-        holds
+        broken.is_none()
     };
     let cell_scale = last_that_holds(1.0, LARGEST, |scale| {
         let cell = scaled(&subject.cell, scale);
@@ -76,11 +80,25 @@ fn front(subject: &Subject<'_>) -> Vec<DVec3> {
         .collect()
 }
 
-/// Whether the promise about geometry holds from all of some places: the first from which it does
-/// not ends the test.
-fn holds(subject: &Subject<'_>, promise: &Promise, eyes: &[DVec3]) -> bool {
-    eyes.par_iter()
-        .all(|eye| sees_all_before_it(subject, *eye) && geometry_holds(subject, *eye, promise))
+/// One of some places from which the promise about geometry does not hold; nothing where it holds
+/// from all.
+///
+/// * `telling` - the place that is tried before the others, if there is one of that number
+fn first_broken(
+    subject: &Subject<'_>,
+    promise: &Promise,
+    eyes: &[DVec3],
+    telling: usize,
+) -> Option<usize> {
+    // All are asked for what costs nothing before any is looked from.
+    let unseen = eyes
+        .iter()
+        .position(|eye| !sees_all_before_it(subject, *eye));
+    let is_broken = |at: &usize| !geometry_holds(subject, eyes[*at], promise);
+    let others = || (0..eyes.len()).into_par_iter().filter(|at| *at != telling);
+    unseen
+        .or_else(|| Some(telling).filter(|at| *at < eyes.len() && is_broken(at)))
+        .or_else(|| others().find_any(is_broken))
 }
 
 /// Whether all that is represented lies before a camera at a place, and before the place along

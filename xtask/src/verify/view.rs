@@ -139,16 +139,18 @@ pub(super) fn geometry_holds(subject: &Subject<'_>, eye: DVec3, promise: &Promis
         .map(|side| rasterize(side.scene, side.textures, &camera));
     let sight = Sight::new(subject, &camera, &original, &impostor);
     let within = |count: usize, most: Option<u64>| most.is_none_or(|most| count as u64 <= most);
-    if !within(sight.gaps().len(), promise.gap_pixels) || !sight.parallax().above.is_empty() {
-        return false;
-    }
-    let alone = sight.alone();
-    // Either is wrong then.
-    if alone.is_empty() || (promise.phantom_pixels, promise.back_pixels) == (Some(0), Some(0)) {
-        return alone.is_empty();
-    }
-    let [phantoms, backs] = sight.phantoms_and_backs(alone);
-    within(phantoms.len(), promise.phantom_pixels) && within(backs.len(), promise.back_pixels)
+    let is_where_it_should_be = || {
+        let alone = sight.alone();
+        // Of either kind: there is none, or that is wrong already.
+        if alone.is_empty() || (promise.phantom_pixels, promise.back_pixels) == (Some(0), Some(0)) {
+            return alone.is_empty();
+        }
+        let [phantoms, backs] = sight.phantoms_and_backs(alone);
+        within(phantoms.len(), promise.phantom_pixels) && within(backs.len(), promise.back_pixels)
+    };
+    within(sight.gaps().len(), promise.gap_pixels)
+        && is_where_it_should_be()
+        && sight.parallax().above.is_empty()
 }
 
 /// Pixels that original and impostor cover at a lower resolution.
@@ -241,11 +243,10 @@ impl<'a> Sight<'a> {
     }
 
     /// The pixels that only the impostor covers, far from any surface of the original that is
-    /// turned to the camera. Samples find most of what is near, and sooner.
+    /// turned to the camera.
     fn alone(&self) -> Vec<[u32; 2]> {
         let single = covered_in_any_sample(&self.original.objects, 1);
-        let mut suspects = phantom_pixels(&single, &self.impostor.objects);
-        suspects.retain(|at| !self.close_look.sees_something(*at));
+        let suspects = phantom_pixels(&single, &self.impostor.objects);
         far_from(self.subject, self.camera, suspects, touched)
     }
 
@@ -292,11 +293,6 @@ impl<'a> CloseLook<'a> {
     fn touches(&self, at: [u32; 2], layer: u32) -> bool {
         self.least(&self.sampled, at, nearest_sampled) <= layer
             || self.least(&self.touched, at, touched_layers) <= layer
-    }
-
-    /// Whether a sample of the original shows something in the 5 x 5 neighbourhood of a pixel.
-    fn sees_something(&self, at: [u32; 2]) -> bool {
-        self.least(&self.sampled, at, nearest_sampled) != NONE
     }
 
     /// The least layer in the 5 x 5 neighbourhood of a pixel.
