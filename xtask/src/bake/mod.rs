@@ -326,7 +326,8 @@ pub(crate) fn promise(
         phantom_pixels: Some(0),
         back_pixels: (!from_behind).then_some(0),
         colour_bias: Some(if masked { BIAS_AMONG_LEAVES } else { BIAS }),
-        stray_colours: Some(STRAY),
+        // Of leaves seen from afar each pixel shows several, and others of the impostor's.
+        stray_colours: (!(masked && space.has_sides())).then_some(STRAY),
         coverage_change: by_centres.then_some(0.05),
         notes: notes.into_iter().flatten().map(str::to_owned).collect(),
         ..Promise::default()
