@@ -12,9 +12,10 @@ mod verify;
 mod view_cell;
 mod view_space;
 
-pub use bake::{Arrangement, BakeOptions, BakeReport, Channels, ImpostorReport, bake, layered};
+pub use bake::{Arrangement, BakeOptions, BakeReport, ImpostorReport, bake, layered};
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
+pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{

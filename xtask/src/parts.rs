@@ -21,7 +21,8 @@ pub(crate) struct Part<'a> {
     pub(crate) hull: [DVec3; 8],
     /// Where the viewer may be.
     pub(crate) cell: ViewCell,
-    pub(crate) aim: Aim,
+    /// The viewer's camera.
+    pub(crate) camera: PromisedCamera,
 }
 
 /// Leaves in a scene only what is to be represented: in views from amid it, the objects that lie
@@ -69,7 +70,10 @@ pub(crate) fn parts<'a>(
         represented,
         hull: box_corners(represented),
         cell: space.cell(side),
-        aim: Aim::Center,
+        camera: PromisedCamera {
+            aim: Aim::Center,
+            ..*camera
+        },
     };
     Ok(match *space {
         ViewSpace::Before { .. } => vec![whole(None)],
@@ -135,7 +139,10 @@ fn frustum<'a>(
         represented,
         hull,
         cell: ViewCell::Box { center, size },
-        aim: Aim::Anywhere,
+        camera: PromisedCamera {
+            aim: Aim::Anywhere,
+            ..*camera
+        },
     })
 }
 

@@ -1,21 +1,11 @@
 //! What the texels of a bake hold: colours as they are seen, or what an engine needs to light them.
 
+use farfield_bundle::Channels;
 use farfield_pages::normal_texel;
 use farfield_sampling::{Surface, srgb_from_linear};
 use farfield_scene::Scene;
 use farfield_views::Pose;
 use glam::Vec3;
-
-/// What the pages of a bundle hold.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channels {
-    /// Colours under a plain sun and sky ([`farfield_sampling::Lighting`]).
-    Lit,
-    /// Base colours.
-    Unlit,
-    /// Base colours, normals, metallic and roughness, and what shines by itself.
-    Pbr,
-}
 
 /// The scene as its colours are to be recorded and compared: lit, or as if all of it were unlit.
 pub(crate) fn prepare(scene: &mut Scene, channels: Channels) {

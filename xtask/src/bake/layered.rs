@@ -1,13 +1,14 @@
 //! Layered impostors: place, record, cull, grow, pack, paint
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
-use super::channels::{self, Channels};
+use super::channels;
 use crate::console::Console;
 use crate::dump::{self, Recorded};
-use crate::view_cell::{self, represented_box};
+use crate::parts::Part;
+use crate::view_cell;
 use anyhow::Result;
 use farfield_atlas::pack;
-use farfield_bundle::{Body, Impostor, LayerRecord, LayeredBody, NewFile, Side};
+use farfield_bundle::{Body, Channels, Impostor, LayerRecord, LayeredBody, NewFile};
 use farfield_culling::Culler;
 use farfield_grid::{Grid, Rect};
 use farfield_layers::{
@@ -65,19 +66,19 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
     }
 }
 
-/// Bakes one layered impostor of a scene, which may be a part of the one that the textures are of;
-/// `None` where nothing of it can be seen.
+/// Bakes one layered impostor of a part of the scene that the textures are of; `None` where nothing
+/// of it can be seen.
 ///
 /// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
     name: &str,
-    side: Option<Side>,
-    scene: &Scene,
+    part: &Part<'_>,
     textures: &Textures<'_>,
     settings: &Settings,
     dump: Option<&mut Vec<NewFile>>,
     console: &Console,
 ) -> Result<Option<Baked>> {
+    let scene = &*part.scene;
     let stack = console.stage("place", || place(scene, settings))?;
     let (width, height) = (stack.width, stack.height);
     let camera = recording_camera(&stack);
@@ -127,8 +128,7 @@ pub(super) fn bake(
     });
 
     let depths: Vec<f64> = stack.layers.iter().map(|layer| layer.depth).collect();
-    let represented = represented_box(scene)?;
-    let [min, max] = represented;
+    let [min, max] = part.represented;
     let mut display = quad_scene(name, &camera, &depths, (min + max) / 2.0, &patches, &pages);
     if let Some(light) = light {
         make_lit(&mut display, &light);
@@ -148,8 +148,8 @@ pub(super) fn bake(
     };
     let impostor = Impostor {
         name: name.into(),
-        side,
-        represented,
+        side: part.side,
+        represented: part.represented,
         body: Body::Layered(body),
     };
     let corners = corners_in_view(&stack.pose, &settings.cell);

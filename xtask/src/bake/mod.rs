@@ -3,8 +3,6 @@
 pub(crate) mod channels;
 pub mod layered;
 
-pub use channels::Channels;
-
 use crate::console::{Console, peak_rss_bytes};
 use crate::dump;
 use crate::outliers;
@@ -14,8 +12,8 @@ use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow};
 use farfield_bundle::{
-    Body, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise, Statistics,
-    Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
+    Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
+    Statistics, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
 };
 use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::{Foliage, Textures};
@@ -165,15 +163,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             console.say(format_args!("  impostor {name}"));
         }
         let settings = settings(options, part);
-        let one = layered::bake(
-            &name,
-            part.side,
-            &part.scene,
-            &textures,
-            &settings,
-            dumped.as_mut(),
-            console,
-        );
+        let one = layered::bake(&name, part, &textures, &settings, dumped.as_mut(), console);
         baked.extend(one.with_context(in_scene)?);
     }
     if baked.is_empty() {
@@ -209,11 +199,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             bytes_per_quad: options.bytes_per_quad,
             page_size: options.page_size,
             foliage,
-            channels: match options.channels {
-                Channels::Lit => farfield_bundle::Channels::Lit,
-                Channels::Unlit => farfield_bundle::Channels::Unlit,
-                Channels::Pbr => farfield_bundle::Channels::Pbr,
-            },
+            channels: options.channels,
         },
         options: Options {
             resolution: options.resolution,
@@ -349,11 +335,7 @@ fn settings(options: &BakeOptions, part: &Part<'_>) -> layered::Settings {
     layered::Settings {
         cell: part.cell,
         hull: part.hull,
-        camera: PromisedCamera {
-            aim: part.aim,
-            fov: options.fov_degrees.to_radians(),
-            resolution: options.resolution,
-        },
+        camera: part.camera,
         bytes_per_quad: options.bytes_per_quad,
         page_size: options.page_size,
         foliage: options.foliage,

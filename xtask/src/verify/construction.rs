@@ -2,10 +2,9 @@
 //! a client reads it.
 
 use super::subject::Subject;
-use crate::bake::Channels;
 use crate::bake::layered::{recording_camera, shown_from, texels_sha256};
 use anyhow::{Context, Result};
-use farfield_bundle::ProvedBound;
+use farfield_bundle::{Channels, ProvedBound};
 use farfield_layers::{Guarantee, guarantee};
 use farfield_pages::{Patch, opaque_texels, patches_of};
 use farfield_scene::{AlphaMode, Material};

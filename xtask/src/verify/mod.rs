@@ -75,9 +75,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let Technique::Layered {
         foliage, channels, ..
     } = manifest.technique;
-    if channels == farfield_bundle::Channels::Unlit {
-        bake::channels::prepare(&mut original, bake::Channels::Unlit);
-    }
+    bake::channels::prepare(&mut original, channels);
     let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
     let lens = PromisedCamera {

@@ -1,10 +1,9 @@
 //! What is compared with what.
 
-use crate::bake::Channels;
 use crate::bake::layered::Settings;
 use crate::parts::Part;
 use anyhow::{Result, bail};
-use farfield_bundle::{Body, Impostor, LayeredBody, Manifest, Technique};
+use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, Textures, Tracer};
 use farfield_scene::Scene;
@@ -178,22 +177,14 @@ pub(super) fn settings(manifest: &Manifest, part: &Part<'_>) -> Settings {
     Settings {
         cell: part.cell,
         hull: part.hull,
-        camera: PromisedCamera {
-            aim: part.aim,
-            fov: manifest.options.fov_degrees.to_radians(),
-            resolution: manifest.options.resolution,
-        },
+        camera: part.camera,
         bytes_per_quad,
         page_size,
         foliage: match foliage {
             farfield_bundle::Foliage::Any => Foliage::Any,
             farfield_bundle::Foliage::Centre => Foliage::Centre,
         },
-        channels: match channels {
-            farfield_bundle::Channels::Lit => Channels::Lit,
-            farfield_bundle::Channels::Unlit => Channels::Unlit,
-            farfield_bundle::Channels::Pbr => Channels::Pbr,
-        },
+        channels,
     }
 }
 
