@@ -17,7 +17,7 @@ use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;
-use xtask::{Arrangement, BakeOptions, Channels, Console, Foliage, ViewCellSpec, bake};
+use xtask::{BakeOptions, Console, ViewCellSpec, bake};
 
 /// Viewpoints, the reference viewpoint and the cell's corners first.
 const VIEWS: u64 = 64;
@@ -163,18 +163,11 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
     };
     let folder = tempfile::tempdir().expect("there is room for a temporary folder");
     let options = BakeOptions {
-        scene: model.source.clone(),
         view_cell: Some(ViewCellSpec::Box { center, size }),
-        arrangement: Arrangement::Before,
         resolution: RESOLUTION,
         fov_degrees: FOV_DEGREES,
-        exclude: Vec::new(),
-        bytes_per_quad: 104.0,
-        page_size: 4096,
-        foliage: Foliage::Any,
-        channels: Channels::Lit,
         out: Some(folder.path().to_owned()),
-        dump: None,
+        ..BakeOptions::new(model.source.clone())
     };
     bake(&options, &Console::Silent).expect("the model bakes");
     let manifest = farfield_bundle::read(folder.path()).expect("the bundle is sound");

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
-use xtask::{
-    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, SceneChoice, bake,
-};
+use xtask::{BakeOptions, BakeReport, BuiltIn, Console, SceneChoice, bake};
 
 /// Triangles that towns are asked for.
 const TRIANGLES: [u32; 3] = [100_000, 1_000_000, 10_000_000];
@@ -61,18 +59,8 @@ pub(crate) fn bake_one(asked: &str) {
 
 fn bake_town(triangles: u32, out: &Path) -> BakeReport {
     let options = BakeOptions {
-        scene: SceneChoice::BuiltIn(BuiltIn::Town { triangles, seed: 1 }),
-        view_cell: None,
-        arrangement: Arrangement::Before,
-        resolution: 512,
-        fov_degrees: 45.0,
-        exclude: Vec::new(),
-        bytes_per_quad: 104.0,
-        page_size: 4096,
-        foliage: Foliage::Any,
-        channels: Channels::Lit,
         out: Some(out.to_owned()),
-        dump: None,
+        ..BakeOptions::new(SceneChoice::BuiltIn(BuiltIn::Town { triangles, seed: 1 }))
     };
     bake(&options, &Console::Silent).expect("the town bakes")
 }

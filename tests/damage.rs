@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::io::Cursor;
 use std::path::Path;
-use xtask::{Arrangement, BakeOptions, Channels, Console, Foliage, SceneChoice, bake};
+use xtask::{BakeOptions, Console, SceneChoice, bake};
 
 /// What happens to a file's bytes.
 #[derive(Clone, Debug)]
@@ -182,18 +182,9 @@ pub(crate) fn bake_good(folder: &Path) {
     let scene = folder.join("scene.glb");
     fs::write(&scene, good_glb()).unwrap();
     let options = BakeOptions {
-        scene: SceneChoice::File(scene),
-        view_cell: None,
-        arrangement: Arrangement::Before,
         resolution: 32,
-        fov_degrees: 45.0,
-        exclude: Vec::new(),
-        bytes_per_quad: 104.0,
-        page_size: 4096,
-        foliage: Foliage::Any,
-        channels: Channels::Lit,
         out: Some(folder.join("bundle")),
-        dump: None,
+        ..BakeOptions::new(SceneChoice::File(scene))
     };
     bake(&options, &Console::Silent).unwrap();
 }

@@ -3,25 +3,14 @@
 use farfield_scene::Scene;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use xtask::{
-    Arrangement, BakeOptions, Channels, Console, Foliage, SceneChoice, VerifyOptions, VerifyReport,
-};
+use xtask::{BakeOptions, Console, SceneChoice, VerifyOptions, VerifyReport};
 
 /// A bake of a scene for a picture of `resolution` pixels a side.
 pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOptions {
     BakeOptions {
-        scene,
-        view_cell: None,
-        arrangement: Arrangement::Before,
         resolution,
-        fov_degrees: 45.0,
-        exclude: Vec::new(),
-        bytes_per_quad: 104.0,
-        page_size: 4096,
-        foliage: Foliage::Any,
-        channels: Channels::Lit,
         out: Some(out.to_owned()),
-        dump: None,
+        ..BakeOptions::new(scene)
     }
 }
 

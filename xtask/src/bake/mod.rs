@@ -69,6 +69,26 @@ pub struct BakeOptions {
     pub dump: Option<PathBuf>,
 }
 
+impl BakeOptions {
+    /// What the command line takes for a scene if nothing else is asked for.
+    pub fn new(scene: SceneChoice) -> Self {
+        Self {
+            scene,
+            view_cell: None,
+            arrangement: Arrangement::Before,
+            resolution: 512,
+            fov_degrees: 45.0,
+            exclude: Vec::new(),
+            bytes_per_quad: 104.0,
+            page_size: 4096,
+            foliage: Foliage::Any,
+            channels: Channels::Lit,
+            out: None,
+            dump: None,
+        }
+    }
+}
+
 /// What a bake made; field names are a published contract.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct BakeReport {
