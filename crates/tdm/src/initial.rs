@@ -31,17 +31,20 @@ const NONE: u32 = u32::MAX;
 pub fn initial_mesh(voxels: &VoxelLayers<'_>) -> Mesh {
     let (width, height) = (voxels.width as usize, voxels.height as usize);
     let mut mesh = Mesh::default();
+    let mut stood_for = vec![false; voxels.layers.iter().map(Vec::len).sum()];
     let mut before = Layer::empty(width, height);
     let mut first = 0;
     let mut positions_before: &[[u16; 2]] = &[];
-    for (depth, positions) in voxels.layers.iter().enumerate() {
+    for (l, positions) in voxels.layers.iter().enumerate() {
         let mut here = Layer::empty(width, height);
+        let middle = |l| voxels.middle(l);
         for (id, [x, y]) in (first..).zip(positions) {
             here.voxels[(usize::from(*x) + 1, usize::from(*y) + 1)] = id;
         }
         let mut steps = Steps {
             mesh: &mut mesh,
-            depth,
+            stood_for: &mut stood_for,
+            depths: [l.checked_sub(1).map_or(0.0, middle), middle(l)],
             before: &mut before,
             here: &mut here,
         };
@@ -82,7 +85,10 @@ impl Layer {
 
 struct Steps<'a> {
     mesh: &'a mut Mesh,
-    depth: usize,
+    /// Which voxels have a triangle.
+    stood_for: &'a mut [bool],
+    /// Of the layer before and this one.
+    depths: [f32; 2],
     before: &'a mut Layer,
     here: &'a mut Layer,
 }
@@ -127,27 +133,26 @@ impl Steps<'_> {
     }
 
     fn add_quad(&mut self, [a, b, c, d]: [u32; 4], voxels: &[u32]) {
-        for triangle in [[a, b, c], [a, c, d]] {
-            self.mesh.triangles.push(triangle);
-            self.mesh.voxels.push(voxels.to_vec());
-        }
+        let is_first = |voxel: &&u32| !std::mem::replace(&mut self.stood_for[**voxel as usize], true);
+        let stood_for = voxels.iter().filter(is_first).copied().collect();
+        self.mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        self.mesh.voxels.extend([stood_for, Vec::new()]);
     }
 
     fn vertex_here(&mut self, x: usize, y: usize, [dx, dy]: [usize; 2]) -> u32 {
-        vertex(self.mesh, self.here, [x + dx, y + dy], self.depth)
+        vertex(self.mesh, self.here, [x + dx, y + dy], self.depths[1])
     }
 
     fn vertex_before(&mut self, x: usize, y: usize, [dx, dy]: [usize; 2]) -> u32 {
-        vertex(self.mesh, self.before, [x + dx, y + dy], self.depth - 1)
+        vertex(self.mesh, self.before, [x + dx, y + dy], self.depths[0])
     }
 }
 
-fn vertex(mesh: &mut Mesh, layer: &mut Layer, [x, y]: [usize; 2], depth: usize) -> u32 {
+fn vertex(mesh: &mut Mesh, layer: &mut Layer, [x, y]: [usize; 2], depth: f32) -> u32 {
     let vertex = &mut layer.vertices[(x, y)];
     if *vertex == NONE {
         *vertex = mesh.positions.len() as u32;
-        let position = [x, y, depth].map(|i| i as f32);
-        mesh.positions.push(Vec3::from(position));
+        mesh.positions.push(Vec3::new(x as f32, y as f32, depth));
     }
     *vertex
 }
@@ -156,6 +161,7 @@ fn vertex(mesh: &mut Mesh, layer: &mut Layer, [x, y]: [usize; 2], depth: usize) 
 mod tests {
     use super::*;
     use crate::testing::{Blob, blobs};
+    use crate::touch::Target;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
@@ -196,7 +202,7 @@ mod tests {
             let mesh = initial_mesh(&layers);
             let faces = Faces::of(&mesh);
             let sign = |positive: bool| if positive { 1.0 } else { -1.0 };
-            let mut at = Vec3::new(start.0, start.1, -0.5);
+            let mut at = Vec3::new(start.0, start.1, 0.0);
             let mut met = false;
             for (l, (step, along_x, bend)) in steps.iter().enumerate() {
                 // In two pieces between the layers: monotone, but not straight.
@@ -204,7 +210,7 @@ mod tests {
                     true => Vec3::X * sign(signs.0) * *step,
                     false => Vec3::Y * sign(signs.1) * *step,
                 };
-                let to = to.with_z(l as f32);
+                let to = to.with_z(l as f32 + 0.5);
                 let share = Vec3::new(*bend, 1.0 - bend, 0.5);
                 let middle = at + (to - at) * share;
                 // Exactly on a corner or an edge nothing can be told apart.
@@ -227,14 +233,13 @@ mod tests {
         fn triangles_stand_for_what_they_touch(blob in blobs()) {
             let layers = blob.layers();
             let mesh = initial_mesh(&layers);
-            let centers = layers.centers();
-            let mut stood_for = vec![false; centers.len()];
+            let boxes = layers.boxes(1.0);
+            let mut stood_for = vec![false; boxes.len()];
             for (triangle, voxels) in mesh.triangles.iter().zip(&mesh.voxels) {
                 let corners = triangle.map(|v| mesh.positions[v as usize]);
-                prop_assert!(!voxels.is_empty());
                 for voxel in voxels {
-                    stood_for[*voxel as usize] = true;
-                    prop_assert!(crate::touch::touches_cube(corners, centers[*voxel as usize], 0.5));
+                    prop_assert!(!std::mem::replace(&mut stood_for[*voxel as usize], true));
+                    prop_assert!(Target::new(corners).touches(&boxes[*voxel as usize]));
                 }
                 for (a, b) in [(0, 1), (1, 2), (2, 0)] {
                     let along = (corners[a] - corners[b]).abs();

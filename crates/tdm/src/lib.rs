@@ -2,11 +2,13 @@
 
 mod initial;
 mod mesh;
+mod near;
 mod simplify;
 #[cfg(test)]
 mod testing;
 mod touch;
 
 pub use initial::initial_mesh;
-pub use mesh::{Mesh, VoxelLayers};
+pub use mesh::{Cuboid, Mesh, VoxelLayers};
+pub use near::VoxelIndex;
 pub use simplify::{Simplified, simplify};

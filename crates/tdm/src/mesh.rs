@@ -5,8 +5,13 @@ use glam::Vec3;
 /// The voxels that can be seen: texels of layers, front to back.
 ///
 /// Coordinates are those of the warped grid (Jeschke, 2005, section 4.3): voxel (i, j) of layer l
-/// covers [i, i + 1] x [j, j + 1] x [l - 1/2, l + 1/2], x to the right, y down and z away from the
-/// viewers, whatever its size in the world. In it lengths are about what they are on the screen.
+/// covers `[i, i + 1] x [j, j + 1] x [borders[l], borders[l + 1]]`, x to the right, y down and z away
+/// from the viewers, whatever its size in the world. In it lengths are about what they are on the
+/// screen.
+///
+/// If z is an affine function of 1 / depth, the grid is a projection of the world: what is straight
+/// and flat here is so in the world too, and what is found out about triangles here is true of those
+/// that are displayed. (The paper counts layers, which is that only where they are spaced evenly.)
 #[derive(Clone, Copy, Debug)]
 pub struct VoxelLayers<'a> {
     /// Columns of every layer.
@@ -16,21 +21,46 @@ pub struct VoxelLayers<'a> {
     /// Column and row of each voxel, layer by layer, each layer row by row. Their order over all
     /// layers numbers the voxels.
     pub layers: &'a [Vec<[u16; 2]>],
+    /// Where layers begin and end, ascending: one more than there are layers. About 1 apart, so that
+    /// voxels are about cubes.
+    pub borders: &'a [f32],
 }
 
 impl VoxelLayers<'_> {
-    /// The centres of all voxels.
-    pub fn centers(&self) -> Vec<Vec3> {
-        let layers = self.layers.iter().enumerate();
-        layers
-            .flat_map(|(l, layer)| {
-                let at = move |[x, y]: &[u16; 2]| {
-                    Vec3::new(f32::from(*x) + 0.5, f32::from(*y) + 0.5, l as f32)
-                };
-                layer.iter().map(at)
-            })
-            .collect()
+    /// The middle of a layer.
+    pub(crate) fn middle(&self, layer: usize) -> f32 {
+        (self.borders[layer] + self.borders[layer + 1]) / 2.0
     }
+
+    /// All voxels as boxes, each enlarged about its centre by a factor.
+    ///
+    /// # Panics
+    ///
+    /// When there are not as many borders as layers and one.
+    pub fn boxes(&self, enlarged: f32) -> Vec<Cuboid> {
+        assert_eq!(self.borders.len(), self.layers.len() + 1, "borders of layers");
+        let count = self.layers.iter().map(Vec::len).sum();
+        let mut boxes = Vec::with_capacity(count);
+        for (l, layer) in self.layers.iter().enumerate() {
+            let z = self.middle(l);
+            let thickness = self.borders[l + 1] - self.borders[l];
+            let half = Vec3::new(1.0, 1.0, thickness) * (enlarged / 2.0);
+            boxes.extend(layer.iter().map(|[x, y]| Cuboid {
+                center: Vec3::new(f32::from(*x) + 0.5, f32::from(*y) + 0.5, z),
+                half,
+            }));
+        }
+        boxes
+    }
+}
+
+/// A box with sides along the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cuboid {
+    /// Its middle.
+    pub center: Vec3,
+    /// Half of each side.
+    pub half: Vec3,
 }
 
 /// A mesh in the warped grid, and which voxels its triangles stand for.
@@ -40,7 +70,6 @@ pub struct Mesh {
     pub positions: Vec<Vec3>,
     /// Three vertices each, counter-clockwise seen from before the first layer.
     pub triangles: Vec<[u32; 3]>,
-    /// Of each triangle the voxels that it touches and stands for; a voxel has at least one
-    /// triangle.
+    /// Of each triangle the voxels that it touches and stands for; a voxel has at most one triangle.
     pub voxels: Vec<Vec<u32>>,
 }

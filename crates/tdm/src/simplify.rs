@@ -1,10 +1,11 @@
 //! Simplification by edge contraction that loses no voxel.
 
-use crate::Mesh;
-use crate::touch::{interval_in_cube, touches_cube};
+use crate::near::VoxelIndex;
+use crate::touch::{Target, interval_in_box};
+use crate::{Cuboid, Mesh, VoxelLayers};
 use glam::Vec3;
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashMap};
 
 /// A simplified mesh, and what it took.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,44 +24,43 @@ pub struct Simplified {
 /// A contraction moves one end of an edge to the other, which stays where it is. It is made if the
 /// triangles around it still touch all voxels that they stood for, each enlarged about its centre by
 /// `enlarged`; none of them turns by a right angle or more, or vanishes; and the mesh stays of one
-/// piece, with the holes it had. A vertex on a border moves only along the border, and the border
-/// that it leaves behind must lie in enlarged voxels as a whole: so a border shrinks no farther than
-/// voxels are enlarged, and never reaches across what is empty. Vertices where an edge has three
-/// triangles or more stay.
+/// piece, with the holes it had. Vertices where an edge has three triangles or more stay.
+///
+/// A vertex on a border moves only along the border. The border that it leaves behind must lie in
+/// enlarged voxels as a whole, so that it never reaches across what is empty, and pass the vertices
+/// that the border had there at first within half an enlarged voxel, so that it does not shrink by
+/// more (the paper has the first rule only).
 ///
 /// Every voxel that a triangle of `mesh` stands for is touched, enlarged, by a triangle that stands
 /// for it in the result.
 ///
-/// * `centers` - of the voxels, in the warped grid ([`VoxelLayers::centers`](crate::VoxelLayers))
+/// First all contractions are made that take nothing away from voxels as they are and leave borders
+/// where they are; then those that `enlarged` allows. Otherwise short edges at the corners of what is
+/// large and flat would go before the long ones that cost nothing.
+/// Edges are tried in rounds. What was refused is tried again in the next if something around it has
+/// changed, until a round changes nothing.
+///
+/// * `voxels` - what the mesh was made for
 /// * `enlarged` - side of a voxel for this purpose, in voxels: 1 keeps to them as they are, 1.5
 ///   gives far fewer triangles, up to 2
 ///
-/// The same mesh gives the same result. Bound by the voxels that contractions look at: about those
-/// around an edge, for each of about six times as many edges as there are vertices.
+/// The same mesh gives the same result. Time grows with voxels times the logarithm of their number:
+/// each time the triangles that are left are twice as large, all voxels are looked at again.
 ///
 /// # Panics
 ///
 /// When `enlarged` is below 1, or a triangle refers to a vertex or a voxel that is not there.
-pub fn simplify(mesh: &Mesh, centers: &[Vec3], enlarged: f32) -> Simplified {
+pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplified {
     assert!(enlarged >= 1.0, "voxels cannot be enlarged by {enlarged}");
-    let mut work = Work::new(mesh, centers, enlarged / 2.0);
-    for triangle in &mesh.triangles {
-        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-            // Each edge once, but for those on borders that run the other way.
-            if triangle[a] < triangle[b] || work.shared(triangle[a], triangle[b]).len() == 1 {
-                work.queue(triangle[a], triangle[b]);
-            }
-        }
-    }
+    let mut work = Work::new(mesh, voxels);
     let (mut contracted, mut refused) = (0, 0);
-    while let Some(Reverse(edge)) = work.edges.pop() {
-        let Some([a, b]) = work.is_current(&edge) else {
-            continue;
-        };
-        match work.contract(b, a) || work.contract(a, b) {
-            true => contracted += 1,
-            false => refused += 1,
-        }
+    for (enlarged, border) in [(1.0, ROUNDING), (enlarged, enlarged / 2.0)] {
+        work.boxes = voxels.boxes(enlarged);
+        work.reach = work.boxes.iter().map(|b| b.half).fold(Vec3::ZERO, Vec3::max);
+        work.border = border;
+        let [made, failed] = work.contract_all();
+        contracted += made;
+        refused += failed;
     }
     Simplified {
         mesh: work.result(),
@@ -68,30 +68,28 @@ pub fn simplify(mesh: &Mesh, centers: &[Vec3], enlarged: f32) -> Simplified {
         refused,
     }
 }
-
-/// An edge that may be contracted: ordered by length, then by its ends, so that results do not depend
-/// on anything else.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Edge {
-    /// Squared; positive floats are ordered like their bits.
-    length: u32,
-    ends: [u32; 2],
-    /// How often the surroundings of the ends had changed when it was queued.
-    versions: [u32; 2],
-}
-
-struct Work<'a> {
-    centers: &'a [Vec3],
-    /// Half the side of a voxel.
-    half: f32,
+struct Work {
+    index: VoxelIndex,
+    /// Voxels, enlarged.
+    boxes: Vec<Cuboid>,
+    /// How far from its centre the thickest of them reaches.
+    reach: Vec3,
+    /// How far a border may pass from where it was.
+    border: f32,
+    /// Where borders were at first, of each border edge (ends in ascending order) that stands for
+    /// more than itself.
+    passed: HashMap<[u32; 2], Vec<Vec3>>,
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
     voxels: Vec<Vec<u32>>,
-    /// Of each vertex its triangles.
+    /// Of each vertex its triangles; none where it is gone.
     around: Vec<Vec<u32>>,
-    versions: Vec<u32>,
-    edges: BinaryHeap<Reverse<Edge>>,
+    /// How often the triangles around each vertex have changed.
+    changes: Vec<u32>,
+    /// By length, then by ends, so that results do not depend on anything else. Squared; positive
+    /// floats are ordered like their bits.
+    edges: BinaryHeap<Reverse<(u32, [u32; 2])>>,
 }
 
 /// How triangles surround a vertex.
@@ -105,76 +103,105 @@ enum Surroundings {
     Tangled,
 }
 
-impl<'a> Work<'a> {
-    fn new(mesh: &Mesh, centers: &'a [Vec3], half: f32) -> Self {
+impl Work {
+    fn new(mesh: &Mesh, voxels: &VoxelLayers<'_>) -> Self {
         let mut around = vec![Vec::new(); mesh.positions.len()];
         for (i, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| around[*v as usize].push(i));
         }
         Self {
-            centers,
-            half,
+            index: VoxelIndex::new(voxels),
+            boxes: Vec::new(),
+            reach: Vec3::ZERO,
+            border: 0.0,
+            passed: HashMap::new(),
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
             voxels: mesh.voxels.clone(),
-            versions: vec![0; around.len()],
+            changes: vec![0; around.len()],
             around,
             edges: BinaryHeap::new(),
         }
     }
 
-    fn queue(&mut self, a: u32, b: u32) {
-        let ends = [a.min(b), a.max(b)];
-        let [p, q] = ends.map(|v| self.positions[v as usize]);
-        self.edges.push(Reverse(Edge {
-            length: p.distance_squared(q).to_bits(),
-            ends,
-            versions: ends.map(|v| self.versions[v as usize]),
-        }));
+    /// Contracts edges until all are refused; returns how many contractions were made and refused.
+    fn contract_all(&mut self) -> [usize; 2] {
+        let triangles = self.triangles.iter().flatten();
+        let mut edges: Vec<[u32; 2]> = triangles
+            .flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]])
+            .map(ascending)
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let (mut contracted, mut refused) = (0, 0);
+        while !edges.is_empty() {
+            edges.drain(..).for_each(|edge| self.queue(edge));
+            let mut stuck = Vec::new();
+            while let Some(Reverse((_, [a, b]))) = self.edges.pop() {
+                if !self.is_edge(a, b) {
+                    continue;
+                }
+                if self.contract(b, a) || self.contract(a, b) {
+                    contracted += 1;
+                } else {
+                    refused += 1;
+                    stuck.push(([a, b], self.changes_of([a, b])));
+                }
+            }
+            let may_succeed = |(ends, changes): &([u32; 2], [u32; 2])| {
+                self.is_edge(ends[0], ends[1]) && self.changes_of(*ends) != *changes
+            };
+            edges.extend(stuck.iter().filter(|one| may_succeed(one)).map(|one| one.0));
+        }
+        [contracted, refused]
     }
 
-    /// The ends of a queued edge, if nothing has changed around it since.
-    fn is_current(&self, edge: &Edge) -> Option<[u32; 2]> {
-        let versions = edge.ends.map(|v| self.versions[v as usize]);
-        (versions == edge.versions).then_some(edge.ends)
+    fn queue(&mut self, [a, b]: [u32; 2]) {
+        let [p, q] = [a, b].map(|v| self.positions[v as usize]);
+        let length = p.distance_squared(q).to_bits();
+        self.edges.push(Reverse((length, ascending([a, b]))));
+    }
+
+    fn is_edge(&self, a: u32, b: u32) -> bool {
+        let mut around = self.around[a as usize].iter();
+        around.any(|t| self.triangle(*t).contains(&b))
+    }
+
+    fn changes_of(&self, ends: [u32; 2]) -> [u32; 2] {
+        ends.map(|v| self.changes[v as usize])
     }
 
     fn triangle(&self, index: u32) -> [u32; 3] {
         self.triangles[index as usize].expect("vertices know only triangles that are there")
     }
 
-    /// The triangles at an edge.
-    fn shared(&self, a: u32, b: u32) -> Vec<u32> {
-        let around = self.around[a as usize].iter().copied();
-        around.filter(|t| self.triangle(*t).contains(&b)).collect()
+    fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|v| self.positions[v as usize])
     }
 
     fn surroundings(&self, vertex: u32) -> Surroundings {
         // From each triangle an arrow between its other two vertices, in its direction.
-        let mut arrows: Vec<[u32; 2]> = Vec::new();
-        for t in &self.around[vertex as usize] {
+        let arrow = |t: &u32| {
             let t = self.triangle(*t);
             let at = t.iter().position(|v| *v == vertex).unwrap_or(0);
-            arrows.push([t[(at + 1) % 3], t[(at + 2) % 3]]);
-        }
-        let from = |v: u32| arrows.iter().filter(move |arrow| arrow[0] == v);
-        let starts = |v: u32| from(v).count();
-        let ends = |v: u32| arrows.iter().filter(|arrow| arrow[1] == v).count();
-        if arrows.iter().any(|[a, b]| starts(*a) > 1 || ends(*b) > 1) {
+            [t[(at + 1) % 3], t[(at + 2) % 3]]
+        };
+        let mut arrows: Vec<[u32; 2]> = self.around[vertex as usize].iter().map(arrow).collect();
+        arrows.sort_unstable();
+        let mut ends: Vec<u32> = arrows.iter().map(|arrow| arrow[1]).collect();
+        ends.sort_unstable();
+        let is_twice = |pair: &[u32]| pair[0] == pair[1];
+        let twice_from = arrows.windows(2).any(|pair| pair[0][0] == pair[1][0]);
+        if arrows.is_empty() || twice_from || ends.windows(2).any(is_twice) {
             return Surroundings::Tangled;
         }
         // Where nothing leads to is a border's beginning.
-        let mut beginnings = arrows
-            .iter()
-            .map(|arrow| arrow[0])
-            .filter(|v| ends(*v) == 0);
-        let beginning = beginnings.next();
-        let Some(start) = beginning.or(arrows.first().map(|arrow| arrow[0])) else {
-            return Surroundings::Tangled;
-        };
+        let mut starts = arrows.iter().map(|arrow| arrow[0]);
+        let beginning = starts.find(|v| ends.binary_search(v).is_err());
+        let start = beginning.unwrap_or(arrows[0][0]);
         let (mut at, mut count) = (start, 0);
-        while let Some([_, next]) = from(at).next() {
-            (at, count) = (*next, count + 1);
+        while let Ok(next) = arrows.binary_search_by_key(&at, |arrow| arrow[0]) {
+            (at, count) = (arrows[next][1], count + 1);
             if at == start {
                 break;
             }
@@ -196,13 +223,10 @@ impl<'a> Work<'a> {
             }
             Surroundings::Border(_) => return false,
         };
-        let around = self.around[gone as usize].clone();
+        let around = &self.around[gone as usize];
         let (vanishing, moving): (Vec<u32>, Vec<u32>) = around
             .iter()
             .partition(|t| self.triangle(**t).contains(&kept));
-        if !self.stays_whole(gone, kept, vanishing.len()) {
-            return false;
-        }
         let to = |v: u32| if v == gone { kept } else { v };
         let moved: Vec<[u32; 3]> = moving.iter().map(|t| self.triangle(*t).map(to)).collect();
         let before_and_after = moving.iter().map(|t| self.triangle(*t)).zip(&moved);
@@ -212,19 +236,31 @@ impl<'a> Work<'a> {
                 return false;
             }
         }
-        let mut needed: Vec<u32> = around
-            .iter()
-            .flat_map(|t| self.voxels[*t as usize].iter().copied())
-            .collect();
-        needed.sort_unstable();
-        needed.dedup();
-        let Some(voxels) = self.divided(&needed, &moved) else {
-            return false;
-        };
-        if border.is_some_and(|end| !self.is_covered([kept, end], &needed)) {
+        let ring = self.neighbors(gone);
+        let before = self.neighbors(kept);
+        let new = |v: &&u32| before.binary_search(v).is_err();
+        let new: Vec<u32> = ring.iter().filter(new).copied().collect();
+        // The mesh keeps its pieces and holes if the ends of the edge have no neighbours in common
+        // but those of the triangles between them. Among the ring are the two ends themselves.
+        if ring.len() - new.len() != vanishing.len() + 2 {
             return false;
         }
+        let passed = border.map(|end| self.passed_by(gone, [kept, end]));
+        if let (Some(end), Some(passed)) = (border, &passed)
+            && !(self.passes(passed, [kept, end]) && self.is_covered([kept, end]))
+        {
+            return false;
+        }
+        let Some(divided) = self.divided(around, &moved) else {
+            return false;
+        };
 
+        if let (Some(end), Some(passed)) = (border, passed) {
+            for v in [kept, end] {
+                self.passed.remove(&ascending([gone, v]));
+            }
+            self.passed.insert(ascending([kept, end]), passed);
+        }
         for triangle in &vanishing {
             for vertex in self.triangle(*triangle) {
                 self.around[vertex as usize].retain(|t| t != triangle);
@@ -232,97 +268,115 @@ impl<'a> Work<'a> {
             self.triangles[*triangle as usize] = None;
             self.voxels[*triangle as usize] = Vec::new();
         }
-        for ((triangle, corners), voxels) in moving.iter().zip(moved).zip(voxels) {
+        for ((triangle, corners), voxels) in moving.iter().zip(moved).zip(divided) {
             self.triangles[*triangle as usize] = Some(corners);
             self.voxels[*triangle as usize] = voxels;
             self.around[kept as usize].push(*triangle);
         }
-        self.around[gone as usize].clear();
-        self.versions[gone as usize] += 1;
-        self.queue_around(kept);
+        self.around[gone as usize] = Vec::new();
+        for v in ring {
+            self.changes[v as usize] += 1;
+        }
+        for v in new {
+            self.queue([kept, v]);
+        }
         true
     }
 
-    /// Whether the mesh keeps its pieces and holes: besides the triangles between them, the ends of
-    /// the edge have no neighbour in common.
-    fn stays_whole(&self, gone: u32, kept: u32, vanishing: usize) -> bool {
-        let neighbors = |v: u32| {
-            let around = self.around[v as usize].iter();
-            let mut all: Vec<u32> = around.flat_map(|t| self.triangle(*t)).collect();
-            all.sort_unstable();
-            all.dedup();
-            all
-        };
-        let (ours, theirs) = (neighbors(gone), neighbors(kept));
-        let common = ours.iter().filter(|v| theirs.binary_search(v).is_ok());
-        // Among them the two ends themselves.
-        common.count() == vanishing + 2
+    /// The vertices of the triangles around one, itself included, in ascending order.
+    fn neighbors(&self, vertex: u32) -> Vec<u32> {
+        let around = self.around[vertex as usize].iter();
+        let mut all: Vec<u32> = around.flat_map(|t| self.triangle(*t)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 
     /// Twice the area, along the normal.
     fn normal(&self, triangle: [u32; 3]) -> Vec3 {
-        let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+        let [a, b, c] = self.corners(triangle);
         (b - a).cross(c - a)
     }
 
-    /// Which of the voxels each triangle touches; `None` where none touches one.
-    fn divided(&self, voxels: &[u32], triangles: &[[u32; 3]]) -> Option<Vec<Vec<u32>>> {
-        let corners = |t: &[u32; 3]| t.map(|v| self.positions[v as usize]);
-        let triangles: Vec<[Vec3; 3]> = triangles.iter().map(corners).collect();
-        let mut divided = vec![Vec::new(); triangles.len()];
-        for voxel in voxels {
-            let center = self.centers[*voxel as usize];
-            let mut is_touched = false;
-            for (corners, voxels) in triangles.iter().zip(&mut divided) {
-                if touches_cube(*corners, center, self.half) {
-                    voxels.push(*voxel);
-                    is_touched = true;
-                }
-            }
-            if !is_touched {
+    /// For the voxels of some triangles, which of others touches each; `None` where none touches one.
+    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Vec<Vec<u32>>> {
+        let voxels = || before.iter().map(|t| &self.voxels[*t as usize]);
+        let targets: Vec<Target> = after
+            .iter()
+            .map(|t| Target::new(self.corners(*t)))
+            .collect();
+        // The last that touched one is likely to touch the next.
+        let mut last = 0;
+        let mut touching = |voxel: &u32| {
+            let place = &self.boxes[*voxel as usize];
+            let is_touching = |target: &usize| targets[*target].touches(place);
+            let order = std::iter::once(last).chain((0..targets.len()).filter(|t| *t != last));
+            let found = order.filter(|t| *t < targets.len()).find(is_touching);
+            last = found.unwrap_or(last);
+            found
+        };
+        // What is refused is mostly refused by many voxels: a few tell soon.
+        for voxels in voxels() {
+            let few = voxels.iter().step_by(voxels.len() / 8 + 1);
+            if few.map(&mut touching).any(|found| found.is_none()) {
                 return None;
             }
+        }
+        let mut divided = vec![Vec::new(); after.len()];
+        for voxel in voxels().flatten() {
+            divided[touching(voxel)?].push(*voxel);
         }
         Some(divided)
     }
 
-    /// Whether an edge lies in enlarged voxels as a whole.
-    fn is_covered(&self, ends: [u32; 2], voxels: &[u32]) -> bool {
-        let [a, b] = ends.map(|v| self.positions[v as usize]);
-        let centers = voxels.iter().map(|voxel| self.centers[*voxel as usize]);
-        let mut intervals: Vec<[f32; 2]> = centers
-            .filter_map(|center| interval_in_cube(a, b, center, self.half))
-            .collect();
-        intervals.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let mut covered = 0.0;
-        for [from, to] in intervals {
-            if from > covered + ROUNDING {
-                return false;
-            }
-            covered = covered.max(to);
+    /// Where the border was that would lie between two vertices if the one between them were gone.
+    fn passed_by(&self, gone: u32, ends: [u32; 2]) -> Vec<Vec3> {
+        let mut all = vec![self.positions[gone as usize]];
+        for end in ends {
+            let passed = self.passed.get(&ascending([gone, end]));
+            all.extend(passed.into_iter().flatten());
         }
-        covered >= 1.0 - ROUNDING
+        all
     }
 
-    /// Queues all edges of the triangles around a vertex, whose neighbourhoods have changed.
-    fn queue_around(&mut self, vertex: u32) {
-        let around = self.around[vertex as usize].iter();
-        let mut vertices: Vec<u32> = around.flat_map(|t| self.triangle(*t)).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        for v in &vertices {
-            self.versions[*v as usize] += 1;
+    /// Whether an edge passes all these places.
+    fn passes(&self, places: &[Vec3], ends: [u32; 2]) -> bool {
+        let [a, b] = ends.map(|v| self.positions[v as usize]);
+        let (along, most) = (b - a, self.border * self.border);
+        places.iter().all(|place| {
+            let from = *place - a;
+            let share = (from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
+            from.distance_squared(along * share) <= most
+        })
+    }
+
+    /// Whether an edge lies in enlarged voxels as a whole.
+    fn is_covered(&self, ends: [u32; 2]) -> bool {
+        let [a, b] = ends.map(|v| self.positions[v as usize]);
+        let steps = (b - a).abs().max_element().ceil().max(1.0);
+        let step = (b - a) / steps;
+        let mut covered = 0.0;
+        let mut intervals: Vec<[f32; 2]> = Vec::new();
+        for i in 0..steps as usize {
+            // All boxes that reach into this piece.
+            let [from, to] = [i, i + 1].map(|i| a + step * i as f32);
+            let near = self.index.near((from + to) / 2.0, self.reach + step.abs() / 2.0);
+            let boxes = near.map(|(id, _)| &self.boxes[id as usize]);
+            intervals.clear();
+            intervals.extend(boxes.filter_map(|place| interval_in_box(from, to, place)));
+            intervals.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+            covered = 0.0;
+            for [from, to] in &intervals {
+                if *from > covered + ROUNDING {
+                    return false;
+                }
+                covered = to.max(covered);
+            }
+            if covered < 1.0 - ROUNDING {
+                return false;
+            }
         }
-        let mut edges: Vec<[u32; 2]> = vertices
-            .iter()
-            .flat_map(|v| self.around[*v as usize].iter().map(|t| self.triangle(*t)))
-            .flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]])
-            .filter(|edge| edge.iter().any(|v| vertices.binary_search(v).is_ok()))
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
-        edges.sort_unstable();
-        edges.dedup();
-        edges.into_iter().for_each(|[a, b]| self.queue(a, b));
+        covered > 0.0
     }
 
     fn result(self) -> Mesh {
@@ -342,17 +396,21 @@ impl<'a> Work<'a> {
     }
 }
 
+fn ascending([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
 /// Squared, of twice the area of the least triangle, in voxels: vertices are whole numbers.
 const SMALLEST: f32 = 1e-6;
 
-/// What intervals may be off, as shares of an edge.
+/// What places and intervals may be off, in voxels.
 const ROUNDING: f32 = 1e-5;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::blobs;
-    use crate::{VoxelLayers, initial_mesh};
+    use crate::initial_mesh;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
@@ -377,40 +435,40 @@ mod tests {
         #[test]
         fn no_voxel_is_lost(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
-            let (mesh, centers) = (initial_mesh(&layers), layers.centers());
-            let found = simplify(&mesh, &centers, enlarged);
+            let (mesh, boxes) = (initial_mesh(&layers), layers.boxes(enlarged));
+            let found = simplify(&mesh, &layers, enlarged);
             let simple = &found.mesh;
             prop_assert_eq!(characteristic(simple), characteristic(&mesh));
             prop_assert_eq!(found.contracted, mesh.positions.len() - simple.positions.len());
             let needed: std::collections::BTreeSet<u32> =
                 mesh.voxels.iter().flatten().copied().collect();
             for voxel in needed {
-                let center = centers[voxel as usize];
+                let place = &boxes[voxel as usize];
                 let mut standing = simple.triangles.iter().zip(&simple.voxels)
                     .filter(|(_, voxels)| voxels.contains(&voxel))
                     .map(|(t, _)| t.map(|v| simple.positions[v as usize]));
-                prop_assert!(standing.any(|t| touches_cube(t, center, enlarged / 2.0)));
+                prop_assert!(standing.any(|t| Target::new(t).touches(place)));
             }
-            let again = simplify(simple, &centers, enlarged);
+            let again = simplify(simple, &layers, enlarged);
             prop_assert!(again.mesh.triangles.len() <= simple.triangles.len());
-            prop_assert_eq!(simplify(&mesh, &centers, enlarged), found);
+            prop_assert_eq!(simplify(&mesh, &layers, enlarged), found);
         }
 
         /// Borders stay where voxels are: each lies in enlarged voxels as a whole.
         #[test]
         fn borders_stay_in_voxels(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
-            let centers = layers.centers();
-            let simple = simplify(&initial_mesh(&layers), &centers, enlarged).mesh;
+            let boxes = layers.boxes(enlarged);
+            let simple = simplify(&initial_mesh(&layers), &layers, enlarged).mesh;
             for ([a, b], count) in edges(&simple) {
                 if count == 1 {
                     let [a, b] = [a, b].map(|v| simple.positions[v as usize]);
                     for i in 0..=50 {
                         let point = a.lerp(b, i as f32 / 50.0);
-                        let nearest = centers.iter()
-                            .map(|c| (point - c).abs().max_element())
+                        let nearest = boxes.iter()
+                            .map(|b| ((point - b.center).abs() - b.half).max_element())
                             .fold(f32::INFINITY, f32::min);
-                        prop_assert!(nearest <= enlarged / 2.0 + 1e-3, "{point} is {nearest} off");
+                        prop_assert!(nearest <= 1e-3, "{point} is {nearest} off");
                     }
                 }
             }
@@ -427,13 +485,15 @@ mod tests {
     }
 
     fn simplified(side: u16, layers: &[Vec<[u16; 2]>]) -> (usize, usize) {
+        let borders: Vec<f32> = (0..=layers.len()).map(|l| l as f32).collect();
         let voxels = VoxelLayers {
             width: side.into(),
             height: side.into(),
             layers,
+            borders: &borders,
         };
         let mesh = initial_mesh(&voxels);
-        let found = simplify(&mesh, &voxels.centers(), 1.5);
+        let found = simplify(&mesh, &voxels, 1.5);
         (mesh.triangles.len(), found.mesh.triangles.len())
     }
 

@@ -6,6 +6,9 @@ use proptest::prelude::*;
 /// Columns, rows and layers of a blob.
 pub(crate) const SIDE: u16 = 6;
 
+/// Layers a voxel thick.
+pub(crate) const BORDERS: [f32; 7] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+
 /// Any voxels of a small grid.
 #[derive(Clone, Debug)]
 pub(crate) struct Blob {
@@ -29,6 +32,7 @@ impl Blob {
             width: SIDE.into(),
             height: SIDE.into(),
             layers: &self.layers,
+            borders: &BORDERS[..=self.layers.len()],
         }
     }
 

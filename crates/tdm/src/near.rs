@@ -1,0 +1,108 @@
+//! Finding voxels by place.
+
+use crate::VoxelLayers;
+use glam::Vec3;
+
+/// The voxels of layers, by columns of the warped grid.
+#[derive(Clone, Debug)]
+pub struct VoxelIndex {
+    width: usize,
+    height: usize,
+    /// Where the voxels of each column begin in `ids`, row by row.
+    starts: Vec<u32>,
+    /// Numbers of voxels, column by column, front to back.
+    ids: Vec<u32>,
+    /// Depth of the middle of each voxel, in the order of `ids`.
+    depths: Vec<f32>,
+}
+
+impl VoxelIndex {
+    /// Sorts the voxels of layers into columns.
+    ///
+    /// # Panics
+    ///
+    /// When a voxel lies outside of its layer, or there are not as many borders as layers and one.
+    pub fn new(voxels: &VoxelLayers<'_>) -> Self {
+        let (width, height) = (voxels.width as usize, voxels.height as usize);
+        let column = |[x, y]: &[u16; 2]| {
+            assert!(usize::from(*x) < width, "a voxel in column {x} of {width}");
+            usize::from(*x) + width * usize::from(*y)
+        };
+        let mut starts = vec![0u32; width * height + 1];
+        for at in voxels.layers.iter().flatten() {
+            starts[column(at) + 1] += 1;
+        }
+        for i in 1..starts.len() {
+            starts[i] += starts[i - 1];
+        }
+        let count = starts[width * height] as usize;
+        let (mut ids, mut depths) = (vec![0; count], vec![0.0; count]);
+        let mut next = starts.clone();
+        let mut id = 0;
+        for (l, layer) in voxels.layers.iter().enumerate() {
+            for at in layer {
+                let place = &mut next[column(at)];
+                ids[*place as usize] = id;
+                depths[*place as usize] = voxels.middle(l);
+                *place += 1;
+                id += 1;
+            }
+        }
+        Self {
+            width,
+            height,
+            starts,
+            ids,
+            depths,
+        }
+    }
+
+    /// The voxels whose centres are at most `reach` from a point along each axis: their numbers and
+    /// centres, row by row.
+    pub fn near(&self, point: Vec3, reach: Vec3) -> impl Iterator<Item = (u32, Vec3)> {
+        let range = |at: f32, reach: f32, count: usize| {
+            // Centres are at halves; casts of what is below 0 give 0.
+            let first = (at - reach - 0.5).ceil() as usize;
+            let end = ((at + reach + 0.5).floor() as usize).min(count);
+            first..end
+        };
+        let columns = range(point.x, reach.x, self.width);
+        let rows = range(point.y, reach.y, self.height);
+        let [least, most] = [point.z - reach.z, point.z + reach.z];
+        rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
+            .flat_map(move |(x, y)| {
+                let column = x + self.width * y;
+                let run = self.starts[column] as usize..self.starts[column + 1] as usize;
+                let depths = &self.depths[run.clone()];
+                let first = run.start + depths.partition_point(|z| *z < least);
+                let end = run.start + depths.partition_point(|z| *z <= most);
+                let center = Vec3::new(x as f32 + 0.5, y as f32 + 0.5, 0.0);
+                (first..end).map(move |i| (self.ids[i], center.with_z(self.depths[i])))
+            })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::blobs;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// What is near is what a search through all voxels finds.
+        #[test]
+        fn what_is_near_is_found(
+            blob in blobs(),
+            point in prop::array::uniform3(-3.0..9.0f32),
+            reach in prop::array::uniform3(0.0..4.0f32),
+        ) {
+            let voxels = blob.layers();
+            let (point, reach) = (Vec3::from(point), Vec3::from(reach));
+            let mut found: Vec<_> = VoxelIndex::new(&voxels).near(point, reach).collect();
+            found.sort_by_key(|(id, _)| *id);
+            let all = (0..).zip(voxels.boxes(1.0).into_iter().map(|b| b.center));
+            let near = all.filter(|(_, center)| (point - *center).abs().cmple(reach).all());
+            prop_assert_eq!(found, near.collect::<Vec<_>>());
+        }
+    }
+}
