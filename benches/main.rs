@@ -20,6 +20,7 @@ mod quads;
 mod ratios;
 mod simplified;
 mod stages;
+mod tdm;
 
 use criterion::Criterion;
 use models::Layered;
@@ -45,6 +46,9 @@ fn main() {
         return growth::bake_one(arguments.get(at + 1).map_or("", String::as_str));
     }
 
+    if asked("tdm").is_some() {
+        return tdm::tables();
+    }
     if asked("ratios").is_some() {
         let models = dense()
             .chain(models::read(&models::LARGE))

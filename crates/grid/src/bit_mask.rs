@@ -28,6 +28,14 @@ impl BitMask {
         }
     }
 
+    /// The mask of all texels.
+    pub fn full(width: usize, height: usize) -> Self {
+        let mut mask = Self::empty(width, height);
+        let row = vec![u64::MAX; mask.words_per_row()];
+        (0..height).for_each(|y| mask.set_row(y, &row));
+        mask
+    }
+
     /// Number of columns.
     pub fn width(&self) -> usize {
         self.width

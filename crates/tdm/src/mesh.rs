@@ -1,5 +1,6 @@
 //! Voxels and meshes over them.
 
+use farfield_grid::BitMask;
 use glam::Vec3;
 
 /// The voxels that can be seen: texels of layers, front to back.
@@ -21,6 +22,8 @@ pub struct VoxelLayers<'a> {
     /// Column and row of each voxel, layer by layer, each layer row by row. Their order over all
     /// layers numbers the voxels.
     pub layers: &'a [Vec<[u16; 2]>],
+    /// Texels of each layer that lines of sight reach: those with voxels, and those that are passed.
+    pub reached: &'a [BitMask],
     /// Where layers begin and end, ascending: one more than there are layers. About 1 apart, so that
     /// voxels are about cubes.
     pub borders: &'a [f32],

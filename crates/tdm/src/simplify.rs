@@ -411,6 +411,7 @@ mod tests {
     use super::*;
     use crate::testing::blobs;
     use crate::initial_mesh;
+    use farfield_grid::BitMask;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
@@ -435,7 +436,7 @@ mod tests {
         #[test]
         fn no_voxel_is_lost(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
-            let (mesh, boxes) = (initial_mesh(&layers), layers.boxes(enlarged));
+            let (mesh, boxes) = (initial_mesh(&layers, &blob.centers()), layers.boxes(enlarged));
             let found = simplify(&mesh, &layers, enlarged);
             let simple = &found.mesh;
             prop_assert_eq!(characteristic(simple), characteristic(&mesh));
@@ -459,7 +460,7 @@ mod tests {
         fn borders_stay_in_voxels(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
             let boxes = layers.boxes(enlarged);
-            let simple = simplify(&initial_mesh(&layers), &layers, enlarged).mesh;
+            let simple = simplify(&initial_mesh(&layers, &blob.centers()), &layers, enlarged).mesh;
             for ([a, b], count) in edges(&simple) {
                 if count == 1 {
                     let [a, b] = [a, b].map(|v| simple.positions[v as usize]);
@@ -490,9 +491,11 @@ mod tests {
             width: side.into(),
             height: side.into(),
             layers,
+            reached: &vec![BitMask::full(side.into(), side.into()); layers.len()],
             borders: &borders,
         };
-        let mesh = initial_mesh(&voxels);
+        let centers: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
+        let mesh = initial_mesh(&voxels, &centers);
         let found = simplify(&mesh, &voxels, 1.5);
         (mesh.triangles.len(), found.mesh.triangles.len())
     }

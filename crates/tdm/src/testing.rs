@@ -1,6 +1,8 @@
 //! Voxels for tests.
 
 use crate::VoxelLayers;
+use farfield_grid::BitMask;
+use glam::Vec3;
 use proptest::prelude::*;
 
 /// Columns, rows and layers of a blob.
@@ -13,6 +15,7 @@ pub(crate) const BORDERS: [f32; 7] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 #[derive(Clone, Debug)]
 pub(crate) struct Blob {
     layers: Vec<Vec<[u16; 2]>>,
+    reached: Vec<BitMask>,
 }
 
 impl Blob {
@@ -24,6 +27,7 @@ impl Blob {
         };
         Self {
             layers: (0..count).map(layer).collect(),
+            reached: vec![BitMask::full(SIDE.into(), SIDE.into()); count],
         }
     }
 
@@ -32,8 +36,14 @@ impl Blob {
             width: SIDE.into(),
             height: SIDE.into(),
             layers: &self.layers,
+            reached: &self.reached,
             borders: &BORDERS[..=self.layers.len()],
         }
+    }
+
+    pub(crate) fn centers(&self) -> Vec<Vec3> {
+        let boxes = self.layers().boxes(1.0);
+        boxes.into_iter().map(|cuboid| cuboid.center).collect()
     }
 
     pub(crate) fn contains(&self, x: u16, y: u16, layer: usize) -> bool {

@@ -10,7 +10,7 @@ use anyhow::Result;
 use farfield_atlas::pack;
 use farfield_bundle::{Body, Channels, Impostor, LayerRecord, LayeredBody, NewFile};
 use farfield_culling::Culler;
-use farfield_grid::{Grid, Rect};
+use farfield_grid::{BitMask, Grid, Rect};
 use farfield_layers::{
     Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view_of_hull, smallest_texel,
     stack,
@@ -228,14 +228,26 @@ pub fn record_layers(
 /// What is left of a recording when texels that no view of the cell can see are removed, front to
 /// back.
 pub fn cull(recording: &Recording, width: u32, height: u32) -> Recording {
+    visible(recording, &reached(recording, width, height))
+}
+
+/// The texels of each layer that lines of sight from the cell may reach: to meet them or to pass.
+pub fn reached(recording: &Recording, width: u32, height: u32) -> Vec<BitMask> {
+    let all = BitMask::full(width as usize, height as usize);
     let mut culler = Culler::new(width as usize, height as usize);
+    let layers = 0..recording.layers.len();
+    layers
+        .map(|layer| culler.next(&all, &recording.masks(layer, width, height).occluding))
+        .collect()
+}
+
+/// What of a recording is reached.
+pub fn visible(recording: &Recording, reached: &[BitMask]) -> Recording {
     let mut visible = Recording::default();
-    for layer in 0..recording.layers.len() {
-        let masks = recording.masks(layer, width, height);
-        let seen = culler.next(&masks.opaque, &masks.occluding);
-        let samples = &recording.samples[recording.layers[layer].clone()];
-        let is_seen = |sample: &&Sample| seen.contains(sample.x.into(), sample.y.into());
+    for (run, reached) in recording.layers.iter().zip(reached) {
+        let is_seen = |sample: &&Sample| reached.contains(sample.x.into(), sample.y.into());
         let start = visible.samples.len();
+        let samples = &recording.samples[run.clone()];
         visible.samples.extend(samples.iter().filter(is_seen));
         visible.layers.push(start..visible.samples.len());
     }
