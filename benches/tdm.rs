@@ -98,8 +98,9 @@ pub(crate) fn tables() {
             let texels: u32 = rects.iter().map(|r| (r.width+2)*(r.height+2)).sum();
             println!("layered {bytes}: tris {} kB {}", rects.len()*2, texels*4/1000 + rects.len() as u32 * 104 / 1000);
         }
-        let mesh = initial_mesh(&voxels, &points);
+        let mesh = initial_mesh(&voxels, &points, 1.5);
         let t1 = t.elapsed();
+
         for e in [1.0, 1.5, 2.0] {
         let t = Instant::now();
         let found = simplify(&mesh, &voxels, e);

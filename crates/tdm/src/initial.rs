@@ -1,10 +1,9 @@
 //! The initial mesh: steps over the voxels.
 
 use crate::touch::Target;
-use crate::{Mesh, VoxelLayers};
+use crate::{Cuboid, Mesh, VoxelLayers};
 use farfield_grid::Grid;
 use glam::Vec3;
-use std::ops::Range;
 
 /// No voxel.
 const NONE: u32 = u32::MAX;
@@ -19,18 +18,21 @@ const NONE: u32 = u32::MAX;
 /// a corner of the nearer layer, within a texel of the surface's border.
 /// (Jeschke, 2005, section 4.4, uses twelve rules, four vertices a voxel, and walls to all sides.)
 ///
-/// Every edge has one or two triangles, and those around a vertex are a fan: the mesh is a manifold
-/// with borders. Where voxels touch in an edge only and lines pass on both sides, each side has its
-/// own surface, with vertices of its own in the same place. Two voxels side by side, of which both
+/// The mesh is a manifold with borders: edges have one or two triangles, and those around a vertex are
+/// a fan. Where voxels touch in an edge only and lines pass on both sides, each side has its own
+/// surface, with vertices of its own in the same place, unless they are joined at both ends of it. Two voxels side by side, of which both
 /// are seen, are touched by triangles that share an edge. Vertices lie where voxels meet, so there
 /// are no T-vertices.
 ///
 /// Vertices are placed in the midst of the surface points that the voxels around them have: so what is
 /// flat is flat in the mesh, and not a flight of steps. Those on borders stay at corners of voxels,
-/// and only their depth follows the points.
+/// and only their depth follows the points. Where a voxel would be missed, its vertices stay too.
+///
+/// Every voxel that has a front or a wall has one triangle that stands for it, and touches it enlarged.
 ///
 /// * `points` - a point of the surface in each voxel; voxels' centres will do, but the mesh then has
 ///   steps half a voxel high
+/// * `enlarged` - side of a voxel, in voxels, when it is asked whether a triangle touches it; at least 1
 ///
 /// Takes time and memory in proportion to voxels, but for looking them up, where it takes memory for
 /// two layers.
@@ -38,28 +40,27 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// When a voxel lies outside of its layer, or there are not as many points as voxels.
-pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3]) -> Mesh {
+pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) -> Mesh {
     let faces = faces(voxels);
     let corners = corners(&faces);
-    let count = corners.iter().flatten().max().map_or(0, |last| last + 1);
-    let positions = positions(&faces, &corners, count as usize, points);
-    let mut mesh = Mesh {
-        positions,
-        ..Mesh::default()
-    };
-    for [a, b, c, d] in corners {
-        // The shorter diagonal: what is folded less.
-        let length = |p: u32, q: u32| {
-            let [p, q] = [p, q].map(|v| mesh.positions[v as usize]);
-            p.distance_squared(q)
-        };
-        mesh.triangles.extend(match length(a, c) <= length(b, d) {
-            true => [[a, b, c], [a, c, d]],
-            false => [[a, b, d], [b, c, d]],
-        });
+    let count = corners.iter().flatten().max().map_or(0, |last| last + 1) as usize;
+    let boxes = voxels.boxes(enlarged);
+    let steps = steps(&faces, &corners, count, voxels);
+    let mut positions = midst(&faces, &corners, &steps, points);
+    loop {
+        let triangles = triangles(&corners, &positions);
+        let (standing, missed) = stood_for(&triangles, &positions, &faces, &boxes);
+        if missed.is_empty() {
+            return Mesh {
+                positions,
+                triangles,
+                voxels: standing,
+            };
+        }
+        for vertex in missed.iter().flat_map(|face| corners[*face as usize]) {
+            positions[vertex as usize] = steps[vertex as usize];
+        }
     }
-    mesh.voxels = stood_for(&mesh, &faces, voxels);
-    mesh
 }
 
 /// A front or a wall: four corners in order, counter-clockwise seen from where lines of sight come.
@@ -223,29 +224,58 @@ fn join(joined: &mut [u32], a: u32, b: u32) {
     joined[a.max(b) as usize] = a.min(b);
 }
 
-/// Places of the vertices.
-fn positions(faces: &[Face], corners: &[[u32; 4]], count: usize, points: &[Vec3]) -> Vec<Vec3> {
-    // Of each vertex the voxels around it, and where it is in the grid.
-    let mut around: Vec<(u32, u32, [u32; 3])> = faces
+/// Where voxels meet: places of the vertices at corners of voxels, in the middle of their layers.
+fn steps(
+    faces: &[Face],
+    corners: &[[u32; 4]],
+    count: usize,
+    voxels: &VoxelLayers<'_>,
+) -> Vec<Vec3> {
+    let mut places = vec![Vec3::ZERO; count];
+    for (face, vertices) in faces.iter().zip(corners) {
+        for (vertex, [x, y, l]) in vertices.iter().zip(face.corners) {
+            places[*vertex as usize] = Vec3::new(x as f32, y as f32, voxels.middle(l as usize));
+        }
+    }
+    places
+}
+
+/// Places of the vertices in the midst of the points around them.
+fn midst(
+    faces: &[Face],
+    corners: &[[u32; 4]],
+    steps: &[Vec3],
+    points: &[Vec3],
+) -> Vec<Vec3> {
+    // Of each vertex the voxels around it.
+    let mut around: Vec<[u32; 2]> = faces
         .iter()
         .zip(corners)
-        .flat_map(|(face, vertices)| {
-            [0, 1, 2, 3].map(|i| (vertices[i], face.voxels[i], face.corners[i]))
-        })
+        .flat_map(|(face, vertices)| [0, 1, 2, 3].map(|i| [vertices[i], face.voxels[i]]))
         .collect();
-    let on_border = on_border(corners, count);
     around.sort_unstable();
     around.dedup();
-    let place = |of_one: &[(u32, u32, [u32; 3])]| {
-        let (vertex, _, [x, y, _]) = of_one[0];
-        let sum: Vec3 = of_one.iter().map(|(_, voxel, _)| points[*voxel as usize]).sum();
+    let on_border = on_border(corners, steps.len());
+    let place = |of_one: &[[u32; 2]]| {
+        let vertex = of_one[0][0] as usize;
+        let sum: Vec3 = of_one.iter().map(|[_, voxel]| points[*voxel as usize]).sum();
         let mean = sum / of_one.len() as f32;
-        match on_border[vertex as usize] {
-            true => Vec3::new(x as f32, y as f32, mean.z),
+        match on_border[vertex] {
+            true => steps[vertex].with_z(mean.z),
             false => mean,
         }
     };
-    around.chunk_by(|a, b| a.0 == b.0).map(place).collect()
+    around.chunk_by(|a, b| a[0] == b[0]).map(place).collect()
+}
+
+/// Two triangles a face, along the shorter of its diagonals.
+fn triangles(corners: &[[u32; 4]], positions: &[Vec3]) -> Vec<[u32; 3]> {
+    let length = |p: u32, q: u32| positions[p as usize].distance_squared(positions[q as usize]);
+    let halves = |[a, b, c, d]: &[u32; 4]| match length(*a, *c) <= length(*b, *d) {
+        true => [[*a, *b, *c], [*a, *c, *d]],
+        false => [[*a, *b, *d], [*b, *c, *d]],
+    };
+    corners.iter().flat_map(halves).collect()
 }
 
 /// Which vertices lie on borders.
@@ -264,81 +294,99 @@ fn on_border(corners: &[[u32; 4]], count: usize) -> Vec<bool> {
     on_border
 }
 
-/// Of each triangle the voxels it stands for: the first of a voxel's triangles that touches it does,
-/// or the first of all where none does.
-fn stood_for(mesh: &Mesh, faces: &[Face], voxels: &VoxelLayers<'_>) -> Vec<Vec<u32>> {
-    let boxes = voxels.boxes(1.0);
-    let mut standing = vec![(NONE, false); boxes.len()];
-    let triangles: Vec<Range<u32>> = (0..faces.len() as u32).map(|f| 2 * f..2 * f + 2).collect();
-    for (face, triangles) in faces.iter().zip(triangles) {
-        for triangle in triangles {
-            let corners = mesh.triangles[triangle as usize].map(|v| mesh.positions[v as usize]);
-            let target = Target::new(corners);
-            for voxel in [face.voxels[0], face.voxels[2]] {
-                let stands = &mut standing[voxel as usize];
-                if !stands.1 && (stands.0 == NONE || target.touches(&boxes[voxel as usize])) {
-                    *stands = (triangle, target.touches(&boxes[voxel as usize]));
+/// Of each triangle the voxels it stands for, those whose first triangle to touch them it is; and the
+/// first face of each voxel that no triangle touches.
+fn stood_for(
+    triangles: &[[u32; 3]],
+    positions: &[Vec3],
+    faces: &[Face],
+    boxes: &[Cuboid],
+) -> (Vec<Vec<u32>>, Vec<u32>) {
+    let mut standing = vec![Vec::new(); triangles.len()];
+    let mut is_touched = vec![false; boxes.len()];
+    let of_face = |face: &Face| [face.voxels[0], face.voxels[2]];
+    for (of_one, (face, pair)) in standing
+        .chunks_exact_mut(2)
+        .zip(faces.iter().zip(triangles.chunks_exact(2)))
+    {
+        for (standing, triangle) in of_one.iter_mut().zip(pair) {
+            let target = Target::new(triangle.map(|v| positions[v as usize]));
+            for voxel in of_face(face) {
+                let is_touched = &mut is_touched[voxel as usize];
+                if !*is_touched && target.touches(&boxes[voxel as usize]) {
+                    *is_touched = true;
+                    standing.push(voxel);
                 }
             }
         }
     }
-    let mut of_triangles = vec![Vec::new(); mesh.triangles.len()];
-    for (voxel, (triangle, _)) in (0..).zip(standing) {
-        if triangle != NONE {
-            of_triangles[triangle as usize].push(voxel);
+    let mut missed = Vec::new();
+    for (i, face) in (0..).zip(faces) {
+        for voxel in of_face(face) {
+            if !std::mem::replace(&mut is_touched[voxel as usize], true) {
+                missed.push(i);
+            }
         }
     }
-    of_triangles
+    (standing, missed)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::{Blob, blobs};
-    use crate::touch::Target;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
 
-    /// Whether the mesh has a front at a voxel, or a wall between a column and a neighbour of it
-    /// behind a layer.
-    struct Faces(Vec<[Vec3; 3]>);
+    /// The faces where voxels meet, not moved to the midst of anything, as triangles.
+    fn steps_of(blob: &Blob) -> Vec<[Vec3; 3]> {
+        let faces = faces(&blob.layers());
+        let place = |[x, y, l]: [u32; 3]| Vec3::new(x as f32, y as f32, l as f32 + 0.5);
+        let triangles = faces.iter().flat_map(|face| {
+            let [a, b, c, d] = face.corners.map(place);
+            [[a, b, c], [a, c, d]]
+        });
+        triangles.collect()
+    }
 
-    impl Faces {
-        fn of(mesh: &Mesh) -> Self {
-            let corners = |t: &[u32; 3]| t.map(|v| mesh.positions[v as usize]);
-            Self(mesh.triangles.iter().map(corners).collect())
-        }
+    /// Whether a piece of a line from `from` to `to` meets a triangle.
+    fn meet(triangles: &[[Vec3; 3]], from: Vec3, to: Vec3) -> bool {
+        triangles.iter().any(|[a, b, c]| {
+            let volume = |p: Vec3, q: Vec3, r: Vec3, s: Vec3| (q - p).cross(r - p).dot(s - p);
+            let (above, below) = (volume(*a, *b, *c, from), volume(*a, *b, *c, to));
+            let sides = [[a, b], [b, c], [c, a]].map(|[p, q]| volume(from, to, *p, *q));
+            above * below <= 0.0
+                && (above != 0.0 || below != 0.0)
+                && (sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0))
+        })
+    }
 
-        /// Whether a piece of a line from `from` to `to` meets a triangle.
-        fn meet(&self, from: Vec3, to: Vec3) -> bool {
-            self.0.iter().any(|[a, b, c]| {
-                let volume = |p: Vec3, q: Vec3, r: Vec3, s: Vec3| (q - p).cross(r - p).dot(s - p);
-                let (above, below) = (volume(*a, *b, *c, from), volume(*a, *b, *c, to));
-                let sides = [[a, b], [b, c], [c, a]].map(|[p, q]| volume(from, to, *p, *q));
-                above * below <= 0.0
-                    && (above != 0.0 || below != 0.0)
-                    && (sides.iter().all(|s| *s >= 0.0) || sides.iter().all(|s| *s <= 0.0))
-            })
+    /// Of each edge how many triangles it has.
+    fn edges(mesh: &Mesh) -> BTreeMap<[u32; 2], usize> {
+        let mut edges = BTreeMap::new();
+        for t in &mesh.triangles {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                *edges.entry([t[a].min(t[b]), t[a].max(t[b])]).or_insert(0) += 1;
+            }
         }
+        edges
     }
 
     proptest! {
         /// Whatever the voxels, a line of sight that moves by less than a texel a layer along one axis,
-        /// which may change, meets the mesh no later than a voxel's front.
+        /// which may change, meets the steps no later than a voxel's front.
         #[test]
-        fn what_meets_a_voxel_meets_the_mesh(
+        fn what_meets_a_voxel_meets_the_steps(
             blob in blobs(),
             start in (-1.0..7.0f32, -1.0..7.0f32),
-            steps in prop::collection::vec((0.0..1.0f32, prop::bool::ANY, 0.0..1.0f32), 6),
+            steps_of_line in prop::collection::vec((0.0..1.0f32, prop::bool::ANY, 0.0..1.0f32), 6),
             signs in (prop::bool::ANY, prop::bool::ANY),
         ) {
-            let layers = blob.layers();
-            let mesh = initial_mesh(&layers, &blob.centers());
-            let faces = Faces::of(&mesh);
+            let triangles = steps_of(&blob);
             let sign = |positive: bool| if positive { 1.0 } else { -1.0 };
             let mut at = Vec3::new(start.0, start.1, 0.0);
             let mut met = false;
-            for (l, (step, along_x, bend)) in steps.iter().enumerate() {
+            for (l, (step, along_x, bend)) in steps_of_line.iter().enumerate() {
                 // In two pieces between the layers: monotone, but not straight.
                 let to = at + match along_x {
                     true => Vec3::X * sign(signs.0) * *step,
@@ -351,7 +399,7 @@ mod tests {
                 let fractions = [to.x.fract(), to.y.fract()].map(f32::abs);
                 prop_assume!(fractions.iter().all(|f| *f > 1e-3 && *f < 0.999));
                 let beyond = to + (to - middle) * 1e-3;
-                met |= faces.meet(at, middle) || faces.meet(middle, beyond);
+                met |= meet(&triangles, at, middle) || meet(&triangles, middle, beyond);
                 let inside = to.x > 0.0 && to.y > 0.0;
                 if inside && blob.contains(to.x as u16, to.y as u16, l) {
                     prop_assert!(met, "a voxel of layer {l} at {to} is missed");
@@ -361,23 +409,25 @@ mod tests {
             }
         }
 
-        /// Each triangle touches the voxels it stands for, each voxel that has none right before it
-        /// or beside is stood for, and edges lead from corner to corner.
+        /// Each voxel that has none right before it has exactly one triangle that stands for it, and
+        /// touches it.
         #[test]
-        fn triangles_stand_for_what_they_touch(blob in blobs()) {
+        fn triangles_stand_for_what_they_touch(
+            blob in blobs(), at_points in any::<bool>(), enlarged in 1.0..2.0f32,
+        ) {
             let layers = blob.layers();
-            let mesh = initial_mesh(&layers, &blob.centers());
-            let boxes = layers.boxes(1.0);
+            let points = match at_points {
+                true => blob.points(),
+                false => blob.centers(),
+            };
+            let mesh = initial_mesh(&layers, &points, enlarged);
+            let boxes = layers.boxes(enlarged);
             let mut stood_for = vec![false; boxes.len()];
             for (triangle, voxels) in mesh.triangles.iter().zip(&mesh.voxels) {
                 let corners = triangle.map(|v| mesh.positions[v as usize]);
                 for voxel in voxels {
                     prop_assert!(!std::mem::replace(&mut stood_for[*voxel as usize], true));
                     prop_assert!(Target::new(corners).touches(&boxes[*voxel as usize]));
-                }
-                for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-                    let along = (corners[a] - corners[b]).abs();
-                    prop_assert!(along.max_element() == 1.0 && along.element_sum() <= 2.0);
                 }
             }
             let mut id = 0;
@@ -389,24 +439,68 @@ mod tests {
                 }
             }
         }
+
+        /// Edges have one or two triangles, which run along them in opposite directions, and the
+        /// triangles around a vertex are one fan.
+        #[test]
+        fn the_mesh_is_a_manifold(blob in blobs()) {
+            let mesh = initial_mesh(&blob.layers(), &blob.centers(), 1.5);
+            // Two surfaces that touch in an edge and are joined at both of its ends.
+            let edges = edges(&mesh);
+            let joined: Vec<u32> = edges.iter()
+                .filter(|(_, count)| **count > 2)
+                .flat_map(|(edge, count)| { assert_eq!(*count, 4); *edge })
+                .collect();
+            let mut arrows = std::collections::BTreeSet::new();
+            let mut around = vec![Vec::new(); mesh.positions.len()];
+            for t in &mesh.triangles {
+                for i in 0..3 {
+                    let arrow = [t[i], t[(i + 1) % 3]];
+                    prop_assert!(arrows.insert(arrow) || arrow.iter().all(|v| joined.contains(v)));
+                    around[t[i] as usize].push([t[(i + 1) % 3], t[(i + 2) % 3]]);
+                }
+            }
+            let around = around.into_iter().enumerate();
+            let around = around.filter(|(v, _)| !joined.contains(&(*v as u32)));
+            for (_, mut arrows) in around {
+                prop_assert!(!arrows.is_empty());
+                let mut fan = arrows.swap_remove(0);
+                while let Some(next) = arrows.iter().position(|[a, b]| *a == fan[1] || *b == fan[0]) {
+                    let [a, b] = arrows.swap_remove(next);
+                    fan = if a == fan[1] { [fan[0], b] } else { [a, fan[1]] };
+                }
+                prop_assert!(arrows.is_empty(), "a vertex has two fans");
+            }
+        }
     }
 
-    /// A slope of one voxel a layer is one strip of steps: closed, with one border.
+    /// A slope of one voxel a layer is one strip of steps: closed, with one border; and flat where
+    /// points of the slope are known.
     #[test]
     fn a_slope_is_one_strip() {
         let blob = Blob::of(6, |x, y, l| {
             y < 4 && (usize::from(x) == l || usize::from(x) == l + 1)
         });
-        let mesh = initial_mesh(&blob.layers(), &blob.centers());
-        let mut edges = BTreeMap::new();
-        for t in &mesh.triangles {
-            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-                *edges.entry((t[a].min(t[b]), t[a].max(t[b]))).or_insert(0) += 1;
-            }
-        }
+        let on_slope = |center: &Vec3| center.with_z(center.x);
+        let points: Vec<Vec3> = blob.centers().iter().map(on_slope).collect();
+        let mesh = initial_mesh(&blob.layers(), &points, 1.5);
+        let edges = edges(&mesh);
         assert!(edges.values().all(|count| *count <= 2));
         // Vertices less edges plus faces: a disk.
         let characteristic = mesh.positions.len() + mesh.triangles.len() - edges.len();
         assert_eq!(characteristic, 1);
+        let inner = mesh.positions.iter().filter(|p| p.y > 0.0 && p.y < 4.0 && p.x > 1.0 && p.x < 5.0);
+        inner.for_each(|p| assert!((p.x - p.z).abs() < 1e-5, "{p}"));
+    }
+
+    /// Two columns that touch in an edge, passed on both sides: behind their fronts, each side has a
+    /// surface of its own.
+    #[test]
+    fn what_touches_in_an_edge_only_has_a_surface_on_each_side() {
+        let blob = Blob::of(3, |x, y, _| (x, y) == (2, 2) || (x, y) == (3, 3));
+        let mesh = initial_mesh(&blob.layers(), &blob.centers(), 1.5);
+        assert!(edges(&mesh).values().all(|count| *count <= 2));
+        let doubled = |p: &&Vec3| (p.x, p.y) == (3.0, 3.0);
+        assert_eq!(mesh.positions.iter().filter(doubled).count(), 5);
     }
 }

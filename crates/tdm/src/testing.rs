@@ -46,6 +46,15 @@ impl Blob {
         boxes.into_iter().map(|cuboid| cuboid.center).collect()
     }
 
+    /// Anywhere in the voxels.
+    pub(crate) fn points(&self) -> Vec<Vec3> {
+        let centers = self.centers().into_iter().enumerate();
+        let shift = |i: usize, step: usize| ((i * step) % 11) as f32 / 11.0 - 0.45;
+        centers
+            .map(|(i, center)| center + Vec3::new(shift(i, 3), shift(i, 5), shift(i, 7)))
+            .collect()
+    }
+
     pub(crate) fn contains(&self, x: u16, y: u16, layer: usize) -> bool {
         let found = self.layers.get(layer);
         found.is_some_and(|layer| layer.contains(&[x, y]))
