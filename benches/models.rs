@@ -9,7 +9,7 @@ use farfield_views::ViewCell;
 use glam::DVec3;
 use std::path::PathBuf;
 use xtask::Channels;
-use xtask::layered::{Settings, cull, place, record_layers};
+use xtask::recording::{Settings, cull, place, record_layers};
 use xtask::{BuiltIn, SceneChoice};
 
 /// A scene and the view cell it is looked at from.
@@ -107,7 +107,6 @@ pub(crate) fn prepare(model: Model) -> Layered {
             fov: 45f64.to_radians(),
             resolution: 512,
         },
-        bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
         channels: Channels::Lit,

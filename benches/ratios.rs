@@ -8,7 +8,7 @@ use farfield_scene::{Object, Scene};
 use glam::{DAffine3, DVec3};
 use std::hint::black_box;
 use std::time::Instant;
-use xtask::layered::{record_layers, recording_camera};
+use xtask::recording::{record_layers, recording_camera};
 
 /// Times each is measured; the shortest counts.
 const TURNS: usize = 7;

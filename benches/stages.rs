@@ -7,7 +7,7 @@ use farfield_culling::Culler;
 use farfield_quads::{Price, cover};
 use farfield_sampling::{Foliage, LayerMasks, Textures, rasterize};
 use std::hint::black_box;
-use xtask::layered::{record_layers, recording_camera};
+use xtask::recording::{record_layers, recording_camera};
 
 /// Measures each stage on each model; the bounds are triangles and texels touched, so throughput
 /// is given in those.

@@ -7,7 +7,7 @@ use farfield_views::ViewCell;
 use glam::DVec3;
 use std::time::Instant;
 use xtask::Channels;
-use xtask::layered::{Settings, place, reached, record_layers, visible};
+use xtask::recording::{Settings, place, reached, record_layers, visible};
 
 pub(crate) fn tables() {
     let scene = farfield_town::house(0);
@@ -26,7 +26,6 @@ pub(crate) fn tables() {
                 fov: 45f64.to_radians(),
                 resolution: 512,
             },
-            bytes_per_quad: 104.0,
             page_size: 4096,
             foliage: Foliage::Any,
             channels: Channels::Lit,
@@ -46,7 +45,7 @@ pub(crate) fn tables() {
         println!("thickness {:?}..{:?}", th.iter().copied().fold(9.0, f32::min), th.iter().copied().fold(0.0, f32::max));
         let voxels = VoxelLayers { width: stack.width, height: stack.height, layers: &layers, reached: &reached, borders: &borders };
         let t = Instant::now();
-        let camera = xtask::layered::recording_camera(&stack);
+        let camera = xtask::recording::recording_camera(&stack);
         let mut points: Vec<glam::Vec3> = visible.samples.iter().map(|s| {
             let p = stack.pose.point_in_view(s.hit.point_in_world(&scene));
             let px = camera.pixel_from_view(p);

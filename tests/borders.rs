@@ -9,7 +9,7 @@ use farfield_scene::{Material, Mesh, Object, Scene};
 use farfield_views::{Camera, ViewCell, low_discrepancy_point};
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
-use xtask::layered::{Settings, cull, place, record_layers, recording_camera};
+use xtask::recording::{Settings, cull, place, record_layers, recording_camera};
 use xtask::{Channels, Console, SceneChoice, bake};
 
 /// Triangles, seen from both sides.
@@ -71,7 +71,6 @@ impl Layers {
             cell: CELL,
             hull: box_corners(scene.bounds().unwrap()),
             camera: LENS,
-            bytes_per_quad: 104.0,
             page_size: 4096,
             foliage: Foliage::Any,
             channels: Channels::Lit,

@@ -6,7 +6,7 @@ use farfield_sampling::{Foliage, Lighting, Textures, linear_from_srgb, sample_co
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use xtask::layered::{Settings, cull, place, record_layers, recording_camera};
+use xtask::recording::{Settings, cull, place, record_layers, recording_camera};
 use xtask::{BakeOptions, BuiltIn, Console, SceneChoice, bake};
 
 const RESOLUTION: u32 = 128;
@@ -37,7 +37,6 @@ fn the_layers_are_those_that_were_recorded() {
             fov: manifest.options.fov_degrees.to_radians(),
             resolution: RESOLUTION,
         },
-        bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
         channels: xtask::Channels::Lit,

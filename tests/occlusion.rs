@@ -8,7 +8,7 @@ use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell, low_discrepancy_point};
 use glam::{DVec2, DVec3};
 use xtask::Channels;
-use xtask::layered::{Settings, cull, place, record_layers, recording_camera};
+use xtask::recording::{Settings, cull, place, record_layers, recording_camera};
 
 /// A layered recording before and after culling, and where its layers are.
 struct Culled {
@@ -27,7 +27,6 @@ fn culled(scene: &Scene, cell: ViewCell, resolution: u32) -> Culled {
             fov: 45f64.to_radians(),
             resolution,
         },
-        bytes_per_quad: 104.0,
         page_size: 4096,
         foliage: Foliage::Any,
         channels: Channels::Lit,

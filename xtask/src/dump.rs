@@ -1,6 +1,6 @@
 //! The recorded layers, for people to look at: OpenEXR files and contact sheets.
 
-use crate::bake::layered::recording_camera;
+use crate::bake::recording::recording_camera;
 use crate::pictures::{labelled_sheet, png};
 use crate::source::real;
 use anyhow::{Context, Result, bail};

@@ -11,8 +11,9 @@ mod source;
 mod verify;
 mod view_cell;
 mod view_space;
+mod voxels;
 
-pub use bake::{Arrangement, BakeOptions, BakeReport, ImpostorReport, bake, layered};
+pub use bake::{Arrangement, BakeOptions, BakeReport, ImpostorReport, Making, bake, recording};
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
 pub use farfield_bundle::Channels;

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, SceneChoice,
+    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, Making, SceneChoice,
     VerifyOptions, VerifyReport, ViewCellSpec, bake, verify,
 };
 
@@ -65,6 +65,10 @@ struct BakeArgs {
     /// What a quad is worth in bytes: more gives fewer quads and larger pages.
     #[arg(long, default_value_t = 104.0, value_parser = positive)]
     bytes_per_quad: f64,
+    /// Of meshes, how far they may pass from what they stand for: the side of a voxel, in voxels, when
+    /// it is asked whether the mesh touches it, from 1 to 2. More gives fewer triangles.
+    #[arg(long, default_value_t = 1.5, value_name = "FACTOR", value_parser = enlargement)]
+    enlarge: f64,
     /// Longest side of an atlas page, in texels.
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(64..=16384))]
     page_size: u32,
@@ -92,6 +96,8 @@ struct BakeArgs {
 enum Technique {
     /// Textured quads on parallel layers.
     Layered,
+    /// Textured depth meshes: layers connected and simplified, for what is near.
+    Tdm,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -150,7 +156,6 @@ fn main() -> ExitCode {
 }
 
 fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
-    let Technique::Layered = args.technique;
     let options = BakeOptions {
         scene: args
             .scene
@@ -164,7 +169,14 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         resolution: args.resolution,
         fov_degrees: args.fov,
         exclude: args.exclude,
-        bytes_per_quad: args.bytes_per_quad,
+        making: match args.technique {
+            Technique::Layered => Making::Layered {
+                bytes_per_quad: args.bytes_per_quad,
+            },
+            Technique::Tdm => Making::Tdm {
+                enlarged: args.enlarge,
+            },
+        },
         page_size: args.page_size,
         foliage: match args.foliage {
             FoliageArg::Any => Foliage::Any,
@@ -245,6 +257,14 @@ fn field_of_view(text: &str) -> Result<f64, String> {
     match (0.01..170.0).contains(&degrees) {
         true => Ok(degrees),
         false => Err("a field of view lies between 0.01 and 170 degrees".into()),
+    }
+}
+
+fn enlargement(text: &str) -> Result<f64, String> {
+    let factor = positive(text)?;
+    match (1.0..=2.0).contains(&factor) {
+        true => Ok(factor),
+        false => Err("voxels are enlarged by a factor from 1 to 2".into()),
     }
 }
 

@@ -31,8 +31,17 @@ impl Manifest {
     pub fn check(&self) -> Checked {
         check_header(&self.format, self.version, FORMAT, VERSION)?;
         not_empty(&self.generator.name, "generator.name")?;
-        let Technique::Layered { bytes_per_quad, .. } = self.technique;
-        not_negative(bytes_per_quad, "technique.bytes_per_quad")?;
+        match self.technique {
+            Technique::Layered { bytes_per_quad, .. } => {
+                not_negative(bytes_per_quad, "technique.bytes_per_quad")?;
+            }
+            Technique::Tdm { enlarged, .. } => {
+                let is_in_range = (1.0..=2.0).contains(&enlarged);
+                require(is_in_range, "technique.enlarged", || {
+                    format!("is {enlarged}, not from 1 to 2")
+                })?;
+            }
+        }
         let options = &self.options;
         check_camera(options.resolution, options.fov_degrees, "options.")?;
         check_view_space(&options.view_space, "options.view_space")?;
@@ -72,6 +81,14 @@ impl Manifest {
                     (None, _) => "is missing".into(),
                 },
             )?;
+            let is_of_technique = matches!(
+                (&self.technique, &impostor.body),
+                (Technique::Layered { .. }, Body::Layered(_))
+                    | (Technique::Tdm { .. }, Body::Tdm(_))
+            );
+            require(is_of_technique, format_args!("{place}.body"), || {
+                format!("is not of the technique {}", self.technique.name())
+            })?;
             check_impostor(impostor, &place)?;
         }
         require(has_sides || self.impostors.len() <= 1, "impostors", || {
@@ -80,11 +97,7 @@ impl Manifest {
     }
 
     fn check_totals(&self) -> Checked {
-        let layered = || {
-            self.impostors.iter().map(|i| match &i.body {
-                Body::Layered(body) => body,
-            })
-        };
+        let layered = || self.impostors.iter().map(|i| i.body.layers());
         let total = &self.statistics;
         for (name, stated, sum) in [
             (
@@ -324,6 +337,7 @@ fn check_impostor(impostor: &Impostor, place: &str) -> Checked {
     )?;
     match &impostor.body {
         Body::Layered(body) => check_layered(body, &format!("{place}.body")),
+        Body::Tdm(body) => check_layered(&body.recorded, &format!("{place}.body.recorded")),
     }
 }
 
@@ -461,11 +475,32 @@ fn require(holds: bool, place: impl Display, problem: impl FnOnce() -> String) -
 mod tests {
     use super::*;
     use crate::generate::{certificates, manifests, sample, sample_certificate};
+    use crate::{Channels, Foliage};
     use proptest::prelude::*;
 
     fn layers(manifest: &mut Manifest, impostor: usize) -> &mut LayeredBody {
-        let Body::Layered(body) = &mut manifest.impostors[impostor].body;
-        body
+        match &mut manifest.impostors[impostor].body {
+            Body::Layered(layers) => layers,
+            Body::Tdm(body) => &mut body.recorded,
+        }
+    }
+
+    fn layered(bytes_per_quad: f64) -> Technique {
+        Technique::Layered {
+            bytes_per_quad,
+            page_size: 4096,
+            foliage: Foliage::Any,
+            channels: Channels::Lit,
+        }
+    }
+
+    fn tdm(enlarged: f64) -> Technique {
+        Technique::Tdm {
+            enlarged,
+            page_size: 4096,
+            foliage: Foliage::Any,
+            channels: Channels::Lit,
+        }
     }
 
     #[test]
@@ -477,7 +512,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 49] = [
+        let damages: [(&str, Damage); 51] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
@@ -488,8 +523,13 @@ mod tests {
                 m.generator.name.clear();
             }),
             ("technique.bytes_per_quad", |m| {
-                let Technique::Layered { bytes_per_quad, .. } = &mut m.technique;
-                *bytes_per_quad = -1.0;
+                m.technique = layered(-1.0);
+            }),
+            ("technique.enlarged", |m| {
+                m.technique = tdm(2.5);
+            }),
+            ("impostors[0].body", |m| {
+                m.technique = tdm(1.5);
             }),
             ("options.resolution", |m| {
                 m.options.resolution = 0;

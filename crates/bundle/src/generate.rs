@@ -5,7 +5,7 @@ use crate::certificate::{
 };
 use crate::manifest::{
     Body, Channels, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest,
-    Options, Promise, SceneSource, Statistics, Technique, VERSION,
+    Options, Promise, SceneSource, Statistics, TdmBody, Technique, VERSION,
 };
 use crate::{Cost, FileRecord, GLTF_FILE, NewFile, Side, ViewSpace, sha256_hex};
 use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
@@ -122,14 +122,24 @@ fn bodies() -> impl Strategy<Value = LayeredBody> {
 
 fn impostors() -> impl Strategy<Value = Vec<Impostor>> {
     let impostor = (texts(), points(), points(), bodies());
-    vec(impostor, 0..3).prop_map(|impostors| {
+    let all = (vec(impostor, 0..3), any::<bool>(), any::<u64>());
+    all.prop_map(|(impostors, is_mesh, count)| {
         let numbered = impostors.into_iter().enumerate();
         numbered
             .map(|(i, (name, a, b, body))| Impostor {
                 name: format!("{name}{i}"),
                 side: Some(Side::ALL[i]),
                 represented: [a.min(b), a.max(b)],
-                body: Body::Layered(body),
+                body: match is_mesh {
+                    false => Body::Layered(body),
+                    true => Body::Tdm(TdmBody {
+                        recorded: body,
+                        initial_triangles: count,
+                        triangles: count / 2,
+                        pieces: count / 3,
+                        charts: count / 4,
+                    }),
+                },
             })
             .collect()
     })
@@ -229,14 +239,8 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
             impostors.iter_mut().for_each(|one| one.side = None);
         }
         let (scene, promise, before, after, warnings) = rest;
-        let bodies = || {
-            impostors.iter().map(
-                |Impostor {
-                     body: Body::Layered(b),
-                     ..
-                 }| b,
-            )
-        };
+        let bodies = || impostors.iter().map(|one| one.body.layers());
+        let is_mesh = |one: &Impostor| matches!(one.body, Body::Tdm(_));
         let layers = || bodies().flat_map(|b| &b.layers);
         Manifest {
             format: FORMAT.into(),
@@ -245,11 +249,19 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
                 name: "farfield".into(),
                 version: "0.1.0".into(),
             },
-            technique: Technique::Layered {
-                bytes_per_quad: technique.0,
-                page_size: technique.1,
-                foliage: technique.2,
-                channels: technique.3,
+            technique: match impostors.iter().any(is_mesh) {
+                false => Technique::Layered {
+                    bytes_per_quad: technique.0,
+                    page_size: technique.1,
+                    foliage: technique.2,
+                    channels: technique.3,
+                },
+                true => Technique::Tdm {
+                    enlarged: 1.0 + technique.0.fract(),
+                    page_size: technique.1,
+                    foliage: technique.2,
+                    channels: technique.3,
+                },
             },
             options: Options {
                 resolution: options.0,

@@ -29,7 +29,7 @@ pub use glb::{GlbTooLarge, cost, glb_from_scene};
 pub use manifest::{
     Body, Channels, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator, Impostor, LayerRecord,
     LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SCHEMA, SceneSource, Statistics,
-    Technique, VERSION,
+    TdmBody, Technique, VERSION,
 };
 pub use page::encode_png;
 pub use read::read;

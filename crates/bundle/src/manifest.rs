@@ -85,6 +85,17 @@ pub enum Technique {
         /// What the pages hold.
         channels: Channels,
     },
+    /// Textured depth meshes: the layers' texels connected and simplified.
+    Tdm {
+        /// Side of a voxel when it is asked whether the mesh touches it, in voxels, from 1 to 2.
+        enlarged: f64,
+        /// Longest side of an atlas page, in texels.
+        page_size: u32,
+        /// How masked materials are recorded.
+        foliage: Foliage,
+        /// What the pages hold.
+        channels: Channels,
+    },
 }
 
 impl Technique {
@@ -92,6 +103,21 @@ impl Technique {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Layered { .. } => "layered",
+            Self::Tdm { .. } => "tdm",
+        }
+    }
+
+    /// How masked materials are recorded.
+    pub fn foliage(&self) -> Foliage {
+        match *self {
+            Self::Layered { foliage, .. } | Self::Tdm { foliage, .. } => foliage,
+        }
+    }
+
+    /// What the pages hold.
+    pub fn channels(&self) -> Channels {
+        match *self {
+            Self::Layered { channels, .. } | Self::Tdm { channels, .. } => channels,
         }
     }
 }
@@ -252,9 +278,37 @@ pub struct Impostor {
 pub enum Body {
     /// Textured quads on parallel layers.
     Layered(LayeredBody),
+    /// A textured mesh over the texels of layers.
+    Tdm(TdmBody),
 }
 
-/// Where the layers of a layered impostor are and what they hold.
+impl Body {
+    /// The layers that it was recorded in.
+    pub fn layers(&self) -> &LayeredBody {
+        match self {
+            Self::Layered(layers) => layers,
+            Self::Tdm(body) => &body.recorded,
+        }
+    }
+}
+
+/// A mesh, and the layers whose texels it connects.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TdmBody {
+    /// The layers, without quads: their texels are the voxels that the mesh touches.
+    pub recorded: LayeredBody,
+    /// Triangles before the mesh was simplified.
+    pub initial_triangles: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Pieces of the mesh that do not hang together.
+    pub pieces: u64,
+    /// Rectangles of texture, each of neighbouring triangles.
+    pub charts: u64,
+}
+
+/// Where the layers of an impostor are and what they hold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayeredBody {
@@ -305,7 +359,7 @@ pub struct LayerRecord {
     pub near: f64,
     /// Greatest depth of what it shows; not less than `depth`.
     pub far: f64,
-    /// Number of its quads.
+    /// Number of its quads; 0 where a mesh takes their place.
     pub quads: u32,
     /// SHA-256 of where its opaque texels are, in lower-case hexadecimal digits: of column and row
     /// of each, row by row from the top left, as 16-bit little-endian numbers. However quads are

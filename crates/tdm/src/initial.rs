@@ -1,5 +1,6 @@
 //! The initial mesh: steps over the voxels.
 
+use crate::mesh::{join, root};
 use crate::touch::Target;
 use crate::{Cuboid, Mesh, VoxelLayers};
 use farfield_grid::Grid;
@@ -209,19 +210,6 @@ fn pairs(edges: &[Edge]) -> impl Iterator<Item = [Edge; 2]> {
     edges.chunks_exact(2).filter_map(move |pair| {
         (is_one_pair || pair[0].passed == pair[1].passed).then_some([pair[0], pair[1]])
     })
-}
-
-fn root(joined: &mut [u32], mut at: u32) -> u32 {
-    while joined[at as usize] != at {
-        joined[at as usize] = joined[joined[at as usize] as usize];
-        at = joined[at as usize];
-    }
-    at
-}
-
-fn join(joined: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(joined, a), root(joined, b));
-    joined[a.max(b) as usize] = a.min(b);
 }
 
 /// Where voxels meet: places of the vertices at corners of voxels, in the middle of their layers.

@@ -76,3 +76,31 @@ pub struct Mesh {
     /// Of each triangle the voxels that it touches and stands for; a voxel has at most one triangle.
     pub voxels: Vec<Vec<u32>>,
 }
+
+/// Number of pieces of a mesh that do not hang together over vertices.
+pub fn pieces(triangles: &[[u32; 3]]) -> usize {
+    let count = triangles.iter().flatten().max().map_or(0, |last| last + 1);
+    let mut joined: Vec<u32> = (0..count).collect();
+    for [a, b, c] in triangles {
+        join(&mut joined, *a, *b);
+        join(&mut joined, *b, *c);
+    }
+    let mut roots: Vec<u32> = triangles.iter().map(|t| root(&mut joined, t[0])).collect();
+    roots.sort_unstable();
+    roots.dedup();
+    roots.len()
+}
+
+/// What stands for all that `at` is joined with: the least of them.
+pub(crate) fn root(joined: &mut [u32], mut at: u32) -> u32 {
+    while joined[at as usize] != at {
+        joined[at as usize] = joined[joined[at as usize] as usize];
+        at = joined[at as usize];
+    }
+    at
+}
+
+pub(crate) fn join(joined: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (root(joined, a), root(joined, b));
+    joined[a.max(b) as usize] = a.min(b);
+}

@@ -16,6 +16,9 @@ pub struct VoxelIndex {
     depths: Vec<f32>,
 }
 
+/// Farther away than any voxel.
+const FARTHEST: f32 = 1e9;
+
 impl VoxelIndex {
     /// Sorts the voxels of layers into columns.
     ///
@@ -54,6 +57,34 @@ impl VoxelIndex {
             starts,
             ids,
             depths,
+        }
+    }
+
+    /// The voxels that a place shows, and how much of each: linearly less with the distance of their
+    /// centres along each axis, up to a voxel; or the nearest where none is so near.
+    pub fn blended(&self, place: Vec3) -> Vec<(u32, f32)> {
+        let distance = |center: Vec3| (place - center).abs();
+        let weight = |(id, center): (u32, Vec3)| {
+            let near = (1.0 - distance(center)).max(Vec3::ZERO);
+            (id, near.element_product())
+        };
+        let weighted = self.near(place, Vec3::ONE).map(weight);
+        let blended: Vec<_> = weighted.filter(|(_, weight)| *weight > 0.0).collect();
+        if !blended.is_empty() {
+            return blended;
+        }
+        let mut reach = 1.0;
+        loop {
+            reach *= 2.0;
+            let near = self.near(place, Vec3::splat(reach));
+            let by_distance = near.min_by(|a, b| {
+                let [a, b] = [a, b].map(|one| distance(one.1).max_element());
+                a.total_cmp(&b)
+            });
+            if let Some((id, _)) = by_distance {
+                return vec![(id, 1.0)];
+            }
+            assert!(reach < FARTHEST, "there is no voxel at all");
         }
     }
 

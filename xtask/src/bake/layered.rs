@@ -1,61 +1,26 @@
 //! Layered impostors: place, record, cull, grow, pack, paint
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
-use super::channels;
+use super::recording::{Settings, cull, description, place, record_layers, recording_camera};
+use super::{Baked, channels};
 use crate::console::Console;
 use crate::dump::{self, Recorded};
 use crate::parts::Part;
-use crate::view_cell;
 use anyhow::Result;
 use farfield_atlas::pack;
-use farfield_bundle::{Body, Channels, Impostor, LayerRecord, LayeredBody, NewFile};
-use farfield_culling::Culler;
-use farfield_grid::{BitMask, Grid, Rect};
-use farfield_layers::{
-    Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view_of_hull, smallest_texel,
-    stack,
-};
+use farfield_bundle::{Body, Channels, Impostor, NewFile};
+use farfield_grid::{Grid, Rect};
+use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{
     ALPHA_CUTOFF, GUTTER, LayerTexels, LightPages, Patch, blank_page, make_lit, paint, quad_scene,
 };
 use farfield_quads::{Price, cover};
 use farfield_sampling::{
-    Foliage, Lighting, Recording, Sample, Textures, record, sample_colors, sample_surfaces,
-    seen_bounds,
+    Foliage, Lighting, Recording, Textures, sample_colors, sample_surfaces,
 };
 use farfield_scene::{AlphaMode, Scene};
-use farfield_views::{Camera, ViewCell};
-use glam::DVec3;
+use farfield_views::Camera;
 use rayon::prelude::*;
-use std::ops::Range;
-
-/// What a layered impostor is made for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Where the viewer may be.
-    pub cell: ViewCell,
-    /// Corners of a convex body around all that is represented.
-    pub hull: [DVec3; 8],
-    /// The viewer's camera.
-    pub camera: PromisedCamera,
-    /// What a quad is worth, in bytes.
-    pub bytes_per_quad: f64,
-    /// Longest side of an atlas page, in texels.
-    pub page_size: u32,
-    /// How masked materials are recorded.
-    pub foliage: Foliage,
-    /// What the pages hold.
-    pub channels: Channels,
-}
-
-/// A layered impostor: its description and what is displayed.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Baked {
-    pub(super) impostor: Impostor,
-    pub(super) display: Scene,
-    /// The least side of a texel seen from anywhere in the view cell, in pixels.
-    pub(super) smallest_texel: f64,
-}
 
 /// The alpha from which on texels are shown. Those that were set by their centres are as large as
 /// they look: between an opaque and a transparent one, half of the way belongs to either.
@@ -69,12 +34,14 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
 /// Bakes one layered impostor of a part of the scene that the textures are of; `None` where nothing
 /// of it can be seen.
 ///
+/// * `bytes_per_quad` - what a quad is worth
 /// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
     name: &str,
     part: &Part<'_>,
     textures: &Textures<'_>,
     settings: &Settings,
+    bytes_per_quad: f64,
     dump: Option<&mut Vec<NewFile>>,
     console: &Console,
 ) -> Result<Option<Baked>> {
@@ -105,7 +72,7 @@ pub(super) fn bake(
     }
     let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
         let price = Price {
-            bytes_per_quad: settings.bytes_per_quad,
+            bytes_per_quad,
             ..Price::default()
         };
         let opaque = |layer| visible.masks(layer, width, height).opaque;
@@ -137,15 +104,10 @@ pub(super) fn bake(
         let cutoff = shown_from(settings.foliage);
         material.alpha = AlphaMode::Mask { cutoff };
     }
-    let body = LayeredBody {
-        pose: stack.pose,
-        extent: stack.extent,
-        width,
-        height,
-        layers: layer_records(&stack, &rects, &visible),
-        texels_recorded: recording.samples.len() as u64,
-        texels_kept: visible.samples.len() as u64,
-    };
+    let mut body = description(&stack, &recording, &visible);
+    for (layer, rects) in body.layers.iter_mut().zip(&rects) {
+        layer.quads = rects.len() as u32;
+    }
     let impostor = Impostor {
         name: name.into(),
         side: part.side,
@@ -158,128 +120,6 @@ pub(super) fn bake(
         display,
         smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
     }))
-}
-
-/// Whether anything of a scene can be seen from its view cell.
-///
-/// # Errors
-///
-/// As for [`place`].
-pub(crate) fn is_seen(scene: &Scene, textures: &Textures<'_>, settings: &Settings) -> Result<bool> {
-    let stack = place(scene, settings)?;
-    let recording = record_layers(scene, textures, &stack, &settings.cell, settings.foliage);
-    Ok(!recording.samples.is_empty())
-}
-
-/// Where the layers go: reference viewpoint and texel size follow from the represented hull,
-/// extent and depths from the vertices.
-///
-/// # Errors
-///
-/// When the view cell does not lie before the scene, or too many texels or layers were needed.
-///
-/// # Panics
-///
-/// When the scene draws nothing.
-pub fn place(scene: &Scene, settings: &Settings) -> Result<LayerStack> {
-    let Settings {
-        cell, hull, camera, ..
-    } = settings;
-    let view = reference_view_of_hull(cell, hull, camera)
-        .map_err(|error| view_cell::explain(error, cell, scene))?;
-    let (extent, [near, far]) =
-        seen_bounds(scene, &view.pose).expect("a scene with a represented box has triangles");
-    let bounds = Bounds { extent, near, far };
-    Ok(stack(
-        &view.pose,
-        &bounds,
-        &view.precision,
-        &corners_in_view(&view.pose, cell),
-    )?)
-}
-
-/// The camera whose pixels are the texels of a stack's layers.
-pub fn recording_camera(stack: &LayerStack) -> Camera {
-    Camera {
-        pose: stack.pose,
-        extent: stack.extent,
-        width: stack.width,
-        height: stack.height,
-    }
-}
-
-/// Records a scene into the layers of a stack.
-///
-/// # Panics
-///
-/// When a triangle does not lie before the reference viewpoint.
-pub fn record_layers(
-    scene: &Scene,
-    textures: &Textures<'_>,
-    stack: &LayerStack,
-    cell: &ViewCell,
-    foliage: Foliage,
-) -> Recording {
-    let camera = recording_camera(stack);
-    let (borders, corners) = (stack.borders(), cell.corners());
-    record(scene, textures, &camera, &borders, &corners, foliage)
-}
-
-/// What is left of a recording when texels that no view of the cell can see are removed, front to
-/// back.
-pub fn cull(recording: &Recording, width: u32, height: u32) -> Recording {
-    visible(recording, &reached(recording, width, height))
-}
-
-/// The texels of each layer that lines of sight from the cell may reach: to meet them or to pass.
-pub fn reached(recording: &Recording, width: u32, height: u32) -> Vec<BitMask> {
-    let all = BitMask::full(width as usize, height as usize);
-    let mut culler = Culler::new(width as usize, height as usize);
-    let layers = 0..recording.layers.len();
-    layers
-        .map(|layer| culler.next(&all, &recording.masks(layer, width, height).occluding))
-        .collect()
-}
-
-/// What of a recording is reached.
-pub fn visible(recording: &Recording, reached: &[BitMask]) -> Recording {
-    let mut visible = Recording::default();
-    for (run, reached) in recording.layers.iter().zip(reached) {
-        let is_seen = |sample: &&Sample| reached.contains(sample.x.into(), sample.y.into());
-        let start = visible.samples.len();
-        let samples = &recording.samples[run.clone()];
-        visible.samples.extend(samples.iter().filter(is_seen));
-        visible.layers.push(start..visible.samples.len());
-    }
-    visible
-}
-
-/// The layers as the manifest describes them.
-fn layer_records(stack: &LayerStack, rects: &[Vec<Rect>], visible: &Recording) -> Vec<LayerRecord> {
-    let positions = |run: &Range<usize>| -> Vec<[u16; 2]> {
-        let samples = &visible.samples[run.clone()];
-        samples.iter().map(|sample| [sample.x, sample.y]).collect()
-    };
-    let layers = stack.layers.iter().zip(rects).zip(&visible.layers);
-    layers
-        .map(|((layer, rects), run)| LayerRecord {
-            depth: layer.depth,
-            near: layer.near,
-            far: layer.far,
-            quads: rects.len() as u32,
-            texels_sha256: texels_sha256(&positions(run)),
-        })
-        .collect()
-}
-
-/// The checksum of where a layer has texels, given row by row, as the manifest states it.
-pub(crate) fn texels_sha256(positions: &[[u16; 2]]) -> String {
-    let bytes: Vec<u8> = positions
-        .as_flattened()
-        .iter()
-        .flat_map(|number| number.to_le_bytes())
-        .collect();
-    farfield_bundle::sha256_hex(&bytes)
 }
 
 /// Sizes of the pages, and where each rectangle lies on them, sorted by page.

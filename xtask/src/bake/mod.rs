@@ -1,7 +1,9 @@
 //! From a scene to a bundle.
 
 pub(crate) mod channels;
-pub mod layered;
+mod layered;
+pub mod recording;
+mod tdm;
 
 use crate::console::{Console, peak_rss_bytes};
 use crate::dump;
@@ -12,19 +14,42 @@ use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow};
 use farfield_bundle::{
-    Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
+    Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
 };
 use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::{Foliage, Textures};
 use farfield_scene::{AlphaMode, Scene};
-use layered::Baked;
+use recording::Settings;
+pub(crate) use layered::shown_from;
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// The technique, as it stands in the names of folders.
-const TECHNIQUE: &str = "layered";
+/// How impostors are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Making {
+    /// As textured quads on parallel layers.
+    Layered {
+        /// What a quad is worth, in bytes.
+        bytes_per_quad: f64,
+    },
+    /// As textured depth meshes.
+    Tdm {
+        /// Side of a voxel when it is asked whether the mesh touches it, in voxels, from 1 to 2.
+        enlarged: f64,
+    },
+}
+
+impl Making {
+    /// The technique, as it stands in the names of folders.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Layered { .. } => "layered",
+            Self::Tdm { .. } => "tdm",
+        }
+    }
+}
 
 /// How viewers and what they see lie to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,8 +80,8 @@ pub struct BakeOptions {
     pub fov_degrees: f64,
     /// Names of objects to leave out.
     pub exclude: Vec<String>,
-    /// What a quad is worth, in bytes.
-    pub bytes_per_quad: f64,
+    /// How impostors are made.
+    pub making: Making,
     /// Longest side of an atlas page, in texels.
     pub page_size: u32,
     /// How masked materials are recorded.
@@ -79,7 +104,9 @@ impl BakeOptions {
             resolution: 512,
             fov_degrees: 45.0,
             exclude: Vec::new(),
-            bytes_per_quad: 104.0,
+            making: Making::Layered {
+                bytes_per_quad: 104.0,
+            },
             page_size: 4096,
             foliage: Foliage::Any,
             channels: Channels::Lit,
@@ -133,6 +160,15 @@ pub struct ImpostorReport {
     pub quads: u64,
 }
 
+/// An impostor: its description and what is displayed.
+#[derive(Clone, Debug, PartialEq)]
+struct Baked {
+    impostor: Impostor,
+    display: Scene,
+    /// The least side of a texel seen from anywhere in the view cell, in pixels.
+    smallest_texel: f64,
+}
+
 /// Bakes a scene into a bundle.
 ///
 /// # Errors
@@ -145,7 +181,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let dir = options
         .out
         .clone()
-        .unwrap_or_else(|| format!("target/farfield/{name}-{TECHNIQUE}").into());
+        .unwrap_or_else(|| format!("target/farfield/{name}-{}", options.making.name()).into());
     farfield_bundle::require_replaceable(&dir)?;
     if let Some(dump) = &options.dump {
         dump::require_place(dump, &dir)?;
@@ -183,7 +219,15 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             console.say(format_args!("  impostor {name}"));
         }
         let settings = settings(options, part);
-        let one = layered::bake(&name, part, &textures, &settings, dumped.as_mut(), console);
+        let dump = dumped.as_mut();
+        let one = match options.making {
+            Making::Layered { bytes_per_quad } => {
+                layered::bake(&name, part, &textures, &settings, bytes_per_quad, dump, console)
+            }
+            Making::Tdm { enlarged } => {
+                tdm::bake(&name, part, &textures, &settings, enlarged, dump, console)
+            }
+        };
         baked.extend(one.with_context(in_scene)?);
     }
     if baked.is_empty() {
@@ -215,12 +259,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         format: FORMAT.into(),
         version: VERSION,
         generator: crate::generator(),
-        technique: Technique::Layered {
-            bytes_per_quad: options.bytes_per_quad,
-            page_size: options.page_size,
-            foliage,
-            channels: options.channels,
-        },
+        technique: technique(options, foliage),
         options: Options {
             resolution: options.resolution,
             fov_degrees: options.fov_degrees,
@@ -243,7 +282,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 
     summarise(&statistics, &dir, console);
     let impostors = manifest.impostors.iter().map(|one| {
-        let Body::Layered(body) = &one.body;
+        let body = one.body.layers();
         ImpostorReport {
             name: one.name.clone(),
             layers: body.layers.len() as u64,
@@ -340,6 +379,25 @@ pub(crate) fn promise(
     }
 }
 
+/// The technique as the manifest tells it.
+fn technique(options: &BakeOptions, foliage: farfield_bundle::Foliage) -> Technique {
+    let (page_size, channels) = (options.page_size, options.channels);
+    match options.making {
+        Making::Layered { bytes_per_quad } => Technique::Layered {
+            bytes_per_quad,
+            page_size,
+            foliage,
+            channels,
+        },
+        Making::Tdm { enlarged } => Technique::Tdm {
+            enlarged,
+            page_size,
+            foliage,
+            channels,
+        },
+    }
+}
+
 fn has_one_sided(scene: &Scene) -> bool {
     let one_sided = |material: &u32| !scene.materials[*material as usize].double_sided;
     scene.triangle_materials.iter().any(one_sided)
@@ -351,12 +409,11 @@ fn has_masks(scene: &Scene) -> bool {
 }
 
 /// What the impostor of a part is made for.
-fn settings(options: &BakeOptions, part: &Part<'_>) -> layered::Settings {
-    layered::Settings {
+fn settings(options: &BakeOptions, part: &Part<'_>) -> Settings {
+    Settings {
         cell: part.cell,
         hull: part.hull,
         camera: part.camera,
-        bytes_per_quad: options.bytes_per_quad,
         page_size: options.page_size,
         foliage: options.foliage,
         channels: options.channels,
@@ -385,12 +442,7 @@ fn joined(baked: &[Baked]) -> Scene {
 }
 
 fn statistics(scene: &Scene, display: &Scene, impostors: &[Impostor]) -> Statistics {
-    let bodies = || {
-        impostors.iter().map(|one| {
-            let Body::Layered(body) = &one.body;
-            body
-        })
-    };
+    let bodies = || impostors.iter().map(|one| one.body.layers());
     let layers = || bodies().flat_map(|body| &body.layers);
     Statistics {
         before: farfield_bundle::cost(scene),

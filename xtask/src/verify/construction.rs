@@ -2,7 +2,8 @@
 //! a client reads it.
 
 use super::subject::Subject;
-use crate::bake::layered::{recording_camera, shown_from, texels_sha256};
+use crate::bake::recording::{recording_camera, texels_sha256};
+use crate::bake::shown_from;
 use anyhow::{Context, Result};
 use farfield_bundle::{Channels, ProvedBound};
 use farfield_layers::{Guarantee, guarantee};

@@ -25,7 +25,7 @@ use crate::{bake, source};
 use anyhow::{Context, Result, bail};
 use construction::Construction;
 use display::{quads_of_each, read_impostors};
-use farfield_bundle::{CertificateState, MANIFEST_FILE, Manifest, Technique, ViewSpace};
+use farfield_bundle::{CertificateState, MANIFEST_FILE, Manifest, ViewSpace};
 use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::Textures;
 use rayon::prelude::*;
@@ -72,9 +72,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut original = original.scene;
     let space = &manifest.options.view_space;
     let kept = keep_represented(&mut original, space);
-    let Technique::Layered {
-        foliage, channels, ..
-    } = manifest.technique;
+    let (foliage, channels) = (manifest.technique.foliage(), manifest.technique.channels());
     bake::channels::prepare(&mut original, channels);
     let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
@@ -227,7 +225,7 @@ fn parts_that_are_seen<'a>(
     for part in parts {
         let is_needed = stated.contains(&part.side) || {
             let settings = subject::settings(manifest, &part);
-            bake::layered::is_seen(&part.scene, original, &settings)?
+            bake::recording::is_seen(&part.scene, original, &settings)?
         };
         if is_needed {
             seen.push(part);

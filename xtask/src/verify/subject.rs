@@ -1,9 +1,9 @@
 //! What is compared with what.
 
-use crate::bake::layered::Settings;
+use crate::bake::recording::Settings;
 use crate::parts::Part;
 use anyhow::{Result, bail};
-use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, Technique};
+use farfield_bundle::{Channels, Impostor, LayeredBody, Manifest, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, Textures, Tracer};
 use farfield_scene::Scene;
@@ -62,7 +62,7 @@ impl<'a> Subject<'a> {
         original: &'a Textures<'a>,
         quads: Side<'a>,
     ) -> Result<Self> {
-        let Body::Layered(body) = &impostor.body;
+        let body = impostor.body.layers();
         let settings = settings(manifest, part);
         require_same_box(impostor.represented, part.represented)?;
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
@@ -168,23 +168,18 @@ impl<'a> Subject<'a> {
 
 /// What a bundle says the impostor of a part was made for.
 pub(super) fn settings(manifest: &Manifest, part: &Part<'_>) -> Settings {
-    let Technique::Layered {
-        bytes_per_quad,
-        page_size,
-        foliage,
-        channels,
-    } = manifest.technique;
+    let (Technique::Layered { page_size, .. } | Technique::Tdm { page_size, .. }) =
+        manifest.technique;
     Settings {
         cell: part.cell,
         hull: part.hull,
         camera: part.camera,
-        bytes_per_quad,
         page_size,
-        foliage: match foliage {
+        foliage: match manifest.technique.foliage() {
             farfield_bundle::Foliage::Any => Foliage::Any,
             farfield_bundle::Foliage::Centre => Foliage::Centre,
         },
-        channels,
+        channels: manifest.technique.channels(),
     }
 }
 

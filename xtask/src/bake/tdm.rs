@@ -1,0 +1,256 @@
+//! Textured depth meshes: place, record, cull, connect, simplify, lay out, pack, paint
+//! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 4).
+
+use super::Baked;
+use super::recording::{
+    Settings, description, place, reached, record_layers, recording_camera, visible,
+};
+use crate::console::Console;
+use crate::dump::{self, Recorded};
+use crate::parts::Part;
+use crate::voxels::{Projection, VoxelGrid};
+use anyhow::{Result, bail};
+use farfield_atlas::{Atlas, pack};
+use farfield_bundle::{Body, Channels, Impostor, NewFile, TdmBody};
+use farfield_grid::Grid;
+use farfield_layers::{corners_in_view, smallest_texel};
+use farfield_sampling::{Lighting, Textures, sample_colors};
+use farfield_scene::{
+    AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap,
+};
+use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use rayon::prelude::*;
+
+/// Texels round each chart: what bilinear filtering touches, and one more.
+const GUTTER: u32 = 2;
+
+/// Bakes one textured depth mesh of a part of the scene that the textures are of; `None` where nothing
+/// of it can be seen.
+///
+/// * `enlarged` - side of a voxel, in voxels, when it is asked whether the mesh touches it
+/// * `dump` - where the files go that show the recorded layers, if they are asked for
+pub(super) fn bake(
+    name: &str,
+    part: &Part<'_>,
+    textures: &Textures<'_>,
+    settings: &Settings,
+    enlarged: f64,
+    dump: Option<&mut Vec<NewFile>>,
+    console: &Console,
+) -> Result<Option<Baked>> {
+    if settings.channels == Channels::Pbr {
+        bail!(
+            "textured depth meshes hold colours only: bake --channels lit or unlit, or --technique \
+             layered"
+        );
+    }
+    let scene = &*part.scene;
+    let stack = console.stage("place", || place(scene, settings))?;
+    let (width, height) = (stack.width, stack.height);
+    let camera = recording_camera(&stack);
+    let recording = console.stage("record", || {
+        record_layers(scene, textures, &stack, &settings.cell, settings.foliage)
+    });
+    let reached = console.stage("cull", || reached(&recording, width, height));
+    let visible = visible(&recording, &reached);
+    if visible.samples.is_empty() {
+        return Ok(None);
+    }
+    let light = Lighting::default();
+    let colors = sample_colors(scene, textures, &camera, &visible.samples, &light);
+    if let Some(files) = dump {
+        let recorded = console.stage("dump", || {
+            dump::files(&Recorded {
+                name,
+                scene,
+                stack: &stack,
+                colors: &sample_colors(scene, textures, &camera, &recording.samples, &light),
+                recording: &recording,
+                visible: &visible,
+            })
+        })?;
+        files.extend(recorded);
+    }
+    let projection = Projection::of(&stack);
+    let grid = VoxelGrid::new(&stack, &projection, &visible, reached);
+    let voxels = grid.layers();
+    let points = projection.points(scene, &visible.samples);
+    let initial = console.stage("connect", || initial_mesh(&voxels, &points, enlarged as f32));
+    let simple = console.stage("simplify", || {
+        simplify(&initial, &voxels, enlarged as f32).mesh
+    });
+    let world: Vec<DVec3> = simple
+        .positions
+        .iter()
+        .map(|p| projection.point_in_world(p.as_dvec3()))
+        .collect();
+    let (charts, atlas) = console.stage("lay out", || {
+        let densities: Vec<f32> = simple
+            .triangles
+            .iter()
+            .map(|t| projection.stretch(t.map(|v| simple.positions[v as usize])))
+            .collect();
+        let charts = charts(&simple.positions, &simple.triangles, &densities, GUTTER);
+        let sizes: Vec<[u32; 2]> = charts.iter().map(|chart| [chart.width, chart.height]).collect();
+        pack(&sizes, settings.page_size).map(|atlas| (charts, atlas))
+    })?;
+    let pages = console.stage("paint", || {
+        let painter = Painter {
+            projection: &projection,
+            index: VoxelIndex::new(&voxels),
+            colors: &colors,
+            triangles: &simple.triangles,
+            world: &world,
+        };
+        painter.pages(&charts, &atlas)
+    });
+    let [min, max] = part.represented;
+    let origin = (min + max) / 2.0;
+    let display = display(name, &simple.triangles, &world, origin, &charts, &atlas, &pages);
+    let body = TdmBody {
+        recorded: description(&stack, &recording, &visible),
+        initial_triangles: initial.triangles.len() as u64,
+        triangles: simple.triangles.len() as u64,
+        pieces: pieces(&simple.triangles) as u64,
+        charts: charts.len() as u64,
+    };
+    let impostor = Impostor {
+        name: name.into(),
+        side: part.side,
+        represented: part.represented,
+        body: Body::Tdm(body),
+    };
+    let corners = corners_in_view(&stack.pose, &settings.cell);
+    Ok(Some(Baked {
+        impostor,
+        display,
+        smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
+    }))
+}
+
+/// What the texels of a mesh's charts are painted from.
+struct Painter<'a> {
+    projection: &'a Projection,
+    index: VoxelIndex,
+    /// Of the voxels.
+    colors: &'a [[u8; 3]],
+    triangles: &'a [[u32; 3]],
+    /// Places of the vertices in the world.
+    world: &'a [DVec3],
+}
+
+impl Painter<'_> {
+    fn pages(&self, charts: &[Chart], atlas: &Atlas) -> Vec<Grid<[u8; 4]>> {
+        let mut pages: Vec<_> = atlas
+            .pages
+            .iter()
+            .map(|[width, height]| Grid::filled(*width as usize, *height as usize, [0, 0, 0, 255]))
+            .collect();
+        let painted: Vec<Vec<([u32; 2], [u8; 3])>> =
+            charts.par_iter().map(|chart| self.chart(chart)).collect();
+        for (texels, at) in painted.iter().zip(&atlas.placements) {
+            let page = &mut pages[at.page as usize];
+            for ([x, y], [r, g, b]) in texels {
+                page[((at.x + x) as usize, (at.y + y) as usize)] = [*r, *g, *b, 255];
+            }
+        }
+        pages
+    }
+
+    fn chart(&self, chart: &Chart) -> Vec<([u32; 2], [u8; 3])> {
+        let texels = chart.texels(GUTTER);
+        let color = |texel: &farfield_tdm::ChartTexel| {
+            // As a client shows it: affine in the world over each triangle.
+            let corners = self.triangles[texel.triangle as usize].map(|v| self.world[v as usize]);
+            let point = (0..3).map(|i| corners[i] * f64::from(texel.weights[i])).sum();
+            let place = self.projection.place(point).as_vec3();
+            ([texel.x, texel.y], self.color(place))
+        };
+        texels.iter().map(color).collect()
+    }
+
+    /// The colour of the voxels near a place in the grid, the nearer the more.
+    fn color(&self, place: Vec3) -> [u8; 3] {
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for (voxel, weight) in self.index.blended(place) {
+            sum += Vec3::from(self.colors[voxel as usize].map(f32::from)) * weight;
+            weights += weight;
+        }
+        (sum / weights).round().to_array().map(|c| c as u8)
+    }
+}
+
+/// What is displayed: one object, one mesh, an opaque, unlit material a page, seen from both sides, as
+/// a simplified triangle can face away where the surface is seen edge-on.
+fn display(
+    name: &str,
+    triangles: &[[u32; 3]],
+    world: &[DVec3],
+    origin: DVec3,
+    charts: &[Chart],
+    atlas: &Atlas,
+    pages: &[Grid<[u8; 4]>],
+) -> Scene {
+    let mut scene = Scene::default();
+    for (i, page) in pages.iter().enumerate() {
+        scene.images.push(Image {
+            name: format!("{i:03}"),
+            width: page.width() as u32,
+            height: page.height() as u32,
+            texels: page.cells().to_vec(),
+        });
+        scene.textures.push(Texture {
+            image: i as u32,
+            wrap: [Wrap::ClampToEdge; 2],
+            filter: Filter::Linear,
+        });
+        scene.materials.push(Material {
+            name: format!("page {i}"),
+            base_color_texture: Some(i as u32),
+            metallic: 0.0,
+            alpha: AlphaMode::Opaque,
+            double_sided: true,
+            unlit: true,
+            ..Material::default()
+        });
+    }
+    let mut order: Vec<usize> = (0..charts.len()).collect();
+    order.sort_by_key(|chart| atlas.placements[*chart].page);
+    // A vertex has one place in a chart.
+    let mut numbers = vec![(u32::MAX, 0); world.len()];
+    for chart in order {
+        let (at, chart_number) = (atlas.placements[chart], chart as u32);
+        let chart = &charts[chart];
+        let [width, height] = atlas.pages[at.page as usize];
+        let size = Vec2::new(width as f32, height as f32);
+        let corner = Vec2::new(at.x as f32, at.y as f32);
+        for (triangle, places) in chart.triangles.iter().zip(&chart.corners) {
+            let triangle = triangles[*triangle as usize];
+            let vertices = [0, 1, 2].map(|i| {
+                let number = &mut numbers[triangle[i] as usize];
+                if number.0 != chart_number {
+                    *number = (chart_number, scene.positions.len() as u32);
+                    let point = world[triangle[i] as usize] - origin;
+                    scene.positions.push(point.as_vec3());
+                    scene.normals.push(Vec3::Y);
+                    scene.uvs.push((corner + places[i]) / size);
+                    scene.colors.push(Vec4::ONE);
+                }
+                number.1
+            });
+            scene.triangles.push(vertices);
+            scene.triangle_materials.push(at.page);
+        }
+    }
+    scene.meshes.push(Mesh {
+        vertices: 0..scene.positions.len() as u32,
+        triangles: 0..scene.triangles.len() as u32,
+    });
+    scene.objects.push(Object {
+        name: name.into(),
+        mesh: 0,
+        world_from_mesh: DAffine3::from_translation(origin),
+    });
+    scene
+}
