@@ -106,6 +106,41 @@ impl BitMask {
         self.words[word] &= !(1 << (x % 64));
     }
 
+    /// The mask and the neighbours of its texels: left, right, above and below.
+    pub fn dilated(&self) -> Self {
+        let n = self.words_per_row();
+        let mut dilated = self.clone();
+        let mut row = vec![0; n];
+        for y in 0..self.height {
+            let here = self.row(y);
+            for i in 0..n {
+                let right = here.get(i + 1).map_or(0, |next| next << 63);
+                let left = if i > 0 { here[i - 1] >> 63 } else { 0 };
+                row[i] = here[i] | here[i] << 1 | left | here[i] >> 1 | right;
+            }
+            for other in [y.checked_sub(1), Some(y + 1).filter(|y| *y < self.height)] {
+                let words = other.map_or(&[][..], |y| self.row(y));
+                row.iter_mut().zip(words).for_each(|(word, more)| *word |= more);
+            }
+            dilated.set_row(y, &row);
+        }
+        dilated
+    }
+
+    /// Adds the texels of another mask, less those of a third.
+    ///
+    /// # Panics
+    ///
+    /// When the masks are not equally large.
+    pub fn insert_all(&mut self, other: &Self, but: &Self) {
+        for mask in [other, but] {
+            assert_eq!((mask.width, mask.height), (self.width, self.height));
+        }
+        let both = other.words.iter().zip(&but.words);
+        let words = self.words.iter_mut().zip(both);
+        words.for_each(|(word, (more, but))| *word |= more & !but);
+    }
+
     /// Number of texels in the mask.
     pub fn count(&self) -> usize {
         self.words.iter().map(|w| w.count_ones() as usize).sum()
@@ -248,6 +283,25 @@ mod tests {
         }
 
         /// Removing a rectangle removes the texels inside and no others.
+        #[test]
+        fn a_mask_dilated_has_the_neighbours_of_each_texel((mask, bits) in masks()) {
+            let (w, h) = (mask.width(), mask.height());
+            let dilated = mask.dilated();
+            for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
+                let is_set = |x: usize, y: usize| x < w && y < h && bits[x + w * y];
+                let expected = is_set(x, y)
+                    || is_set(x.wrapping_sub(1), y)
+                    || is_set(x + 1, y)
+                    || is_set(x, y.wrapping_sub(1))
+                    || is_set(x, y + 1);
+                prop_assert_eq!(dilated.contains(x, y), expected);
+            }
+            let mut rim = BitMask::empty(w, h);
+            rim.insert_all(&dilated, &mask);
+            prop_assert!(rim.iter().all(|(x, y)| dilated.contains(x, y) && !bits[x + w * y]));
+            prop_assert_eq!(rim.count() + mask.count(), dilated.count());
+        }
+
         #[test]
         fn removing_a_rectangle_leaves_the_rest((mask, _) in masks(), f in [0.0..1.0f64, 0.0..1.0, 0.0..1.0, 0.0..1.0]) {
             let (w, h) = (mask.width() as f64, mask.height() as f64);

@@ -11,7 +11,8 @@ const NONE: u32 = u32::MAX;
 
 /// A mesh over the voxels as lines of sight meet them: the fronts of voxels that lines reach from the
 /// layer before; and where two voxels lie right behind each other, walls from one to the next on the
-/// sides on which lines pass the nearer.
+/// sides on which lines pass. Where a surface recedes from them, so that it ends in one column and goes
+/// on a layer behind in the next, the back of the last voxel joins the two.
 ///
 /// A line of sight from layer to layer moves by at most a texel along each axis. If it meets a voxel
 /// that has none right before it, it meets its front. If there is one, the line passes that on one
@@ -64,14 +65,15 @@ pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) ->
     }
 }
 
-/// A front or a wall: four corners in order, counter-clockwise seen from where lines of sight come.
+/// A front, a wall or a back: four corners in order, counter-clockwise seen from where lines of sight
+/// come.
 struct Face {
     /// Which corners of the grid: column, row, layer.
     corners: [[u32; 3]; 4],
-    /// The voxel at each corner, one in all of a front, and two in a wall.
+    /// The voxel at each corner, one in all of a front or a back, and two in a wall.
     voxels: [u32; 4],
-    /// The column that lines pass in before they meet a wall; of a front its own.
-    passed: [u32; 2],
+    /// Where lines pass that meet it: in which column, between the layer before this one and it.
+    passed: [u32; 3],
 }
 
 /// The voxels of a layer, with a border of none.
@@ -92,55 +94,128 @@ const SIDES: [([i32; 2], [[u32; 2]; 2]); 4] = [
     ([0, -1], [[1, 0], [0, 0]]),
 ];
 
+/// Two layers behind each other.
+struct Between<'a> {
+    voxels: &'a VoxelLayers<'a>,
+    /// The layer behind.
+    layer: u32,
+    before: &'a Grid<u32>,
+    here: &'a Grid<u32>,
+}
+
+impl Between<'_> {
+    /// The voxel of the layer before and the one behind in a column.
+    fn pair(&self, [x, y]: [i32; 2]) -> [u32; 2] {
+        let at = ((x + 1) as usize, (y + 1) as usize);
+        [self.before[at], self.here[at]]
+    }
+
+    /// Whether lines of sight pass in a column of the layer before or, `behind`, in the one behind.
+    /// Nothing hides what is before the first layer or beside the grid.
+    fn is_passed(&self, [x, y]: [i32; 2], behind: bool) -> bool {
+        let VoxelLayers { width, height, .. } = *self.voxels;
+        let is_inside = x >= 0 && y >= 0 && x < width as i32 && y < height as i32;
+        let layer = (self.layer + u32::from(behind)).checked_sub(1);
+        let is_reached = |l: u32| self.voxels.reached[l as usize].contains(x as usize, y as usize);
+        self.pair([x, y])[usize::from(behind)] == NONE
+            && (!is_inside || layer.is_none_or(is_reached))
+    }
+
+    /// Whether lines pass in a column between the layers: they come from before, or from beside
+    /// behind a voxel that ends there.
+    fn is_open(&self, at: [i32; 2]) -> bool {
+        let [nearer, _] = self.pair(at);
+        match nearer == NONE {
+            true => self.is_passed(at, false),
+            false => self.is_passed(at, true),
+        }
+    }
+
+    fn is_wall_behind(&self, at: [i32; 2]) -> bool {
+        self.pair(at).iter().all(|voxel| *voxel != NONE)
+    }
+}
+
 fn faces(voxels: &VoxelLayers<'_>) -> Vec<Face> {
     let (width, height) = (voxels.width as usize, voxels.height as usize);
     let mut faces = Vec::new();
     let mut before = looked_up(width, height, 0, &[]);
     let mut first = 0;
+    let mut positions_before: &[[u16; 2]] = &[];
     for (l, positions) in (0..).zip(voxels.layers) {
         let here = looked_up(width, height, first, positions);
         first += positions.len() as u32;
-        // Nothing hides what is before the first layer or beside the grid.
-        let is_passed = |[x, y]: [i32; 2]| {
-            let is_free = before[((x + 1) as usize, (y + 1) as usize)] == NONE;
-            let is_inside = x >= 0 && y >= 0 && x < width as i32 && y < height as i32;
-            let is_reached = || voxels.reached[l as usize - 1].contains(x as usize, y as usize);
-            is_free && (l == 0 || !is_inside || is_reached())
+        let between = Between {
+            voxels,
+            layer: l,
+            before: &before,
+            here: &here,
         };
-        for at in positions {
-            let [x, y] = at.map(u32::from);
-            let [i, j] = [x as usize + 1, y as usize + 1];
-            let (nearer, voxel) = (before[(i, j)], here[(i, j)]);
-            if nearer == NONE {
-                if is_passed([x as i32, y as i32]) {
-                    faces.push(Face {
-                        corners: SIDES.map(|(_, [[dx, dy], _])| [x + dx, y + dy, l]),
-                        voxels: [voxel; 4],
-                        passed: [x, y],
-                    });
-                }
-                continue;
-            }
-            for ([dx, dy], [from, to]) in SIDES {
-                let passed = [x as i32 + dx, y as i32 + dy];
-                if is_passed(passed) {
-                    let corner = |[dx, dy]: [u32; 2], layer| [x + dx, y + dy, layer];
-                    faces.push(Face {
-                        corners: [
-                            corner(to, l - 1),
-                            corner(from, l - 1),
-                            corner(from, l),
-                            corner(to, l),
-                        ],
-                        voxels: [nearer, nearer, voxel, voxel],
-                        passed: passed.map(|i| i as u32),
-                    });
-                }
+        for [x, y] in positions_before {
+            faces.extend(back(&between, [*x, *y].map(i32::from)));
+        }
+        for [x, y] in positions {
+            let at = [*x, *y].map(i32::from);
+            match between.is_wall_behind(at) {
+                true => faces.extend(walls(&between, at)),
+                false => faces.extend(front(&between, at)),
             }
         }
         before = here;
+        positions_before = positions;
     }
     faces
+}
+
+/// A corner of a column's square, at a layer.
+fn corner([x, y]: [i32; 2], [dx, dy]: [u32; 2], layer: u32) -> [u32; 3] {
+    [x as u32 + dx, y as u32 + dy, layer]
+}
+
+/// The front of a voxel that has none before it.
+fn front(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
+    let layer = between.layer;
+    between.is_passed(at, false).then(|| Face {
+        corners: SIDES.map(|(_, [from, _])| corner(at, from, layer)),
+        voxels: [between.pair(at)[1]; 4],
+        passed: corner(at, [0, 0], layer),
+    })
+}
+
+/// The sides of two voxels behind each other, where lines pass beside.
+fn walls(between: &Between<'_>, at: [i32; 2]) -> impl Iterator<Item = Face> {
+    let [nearer, voxel] = between.pair(at);
+    let layer = between.layer;
+    SIDES.into_iter().filter_map(move |([dx, dy], [from, to])| {
+        let beside = [at[0] + dx, at[1] + dy];
+        let is_open = !between.is_wall_behind(beside) && between.is_open(beside);
+        is_open.then(|| Face {
+            corners: [
+                corner(at, to, layer - 1),
+                corner(at, from, layer - 1),
+                corner(at, from, layer),
+                corner(at, to, layer),
+            ],
+            voxels: [nearer, nearer, voxel, voxel],
+            passed: [beside[0] as u32, beside[1] as u32, layer],
+        })
+    })
+}
+
+/// The back of a voxel where a surface recedes: beside it the surface goes on behind.
+fn back(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
+    let layer = between.layer;
+    let goes_on = |([dx, dy], _): ([i32; 2], _)| between.is_wall_behind([at[0] + dx, at[1] + dy]);
+    let is_seen = between.is_passed(at, true) && SIDES.into_iter().any(goes_on);
+    is_seen.then(|| {
+        let mut corners = SIDES.map(|(_, [from, _])| corner(at, from, layer - 1));
+        corners.reverse();
+        Face {
+            corners,
+            voxels: [between.pair(at)[0]; 4],
+            passed: corner(at, [0, 0], layer),
+        }
+    })
 }
 
 /// Numbers of the vertices at the corners of each face: faces that share an edge share its ends.
@@ -180,7 +255,7 @@ struct Edge {
     /// From this corner to the next.
     side: u32,
     /// Of the face.
-    passed: [u32; 2],
+    passed: [u32; 3],
 }
 
 /// All sides of all faces, equal ones beside each other.
@@ -203,13 +278,20 @@ fn edges(faces: &[Face]) -> Vec<Edge> {
     edges
 }
 
-/// Which of the faces at an edge are neighbours: two are, of four those that are passed in the same
-/// column.
-fn pairs(edges: &[Edge]) -> impl Iterator<Item = [Edge; 2]> {
-    let is_one_pair = edges.len() == 2;
-    edges.chunks_exact(2).filter_map(move |pair| {
-        (is_one_pair || pair[0].passed == pair[1].passed).then_some([pair[0], pair[1]])
-    })
+/// Which of the faces at an edge are neighbours: those that are met from the same column, then the two
+/// that are left.
+fn pairs(edges: &[Edge]) -> Vec<[Edge; 2]> {
+    let (mut pairs, mut left) = (Vec::new(), Vec::new());
+    for edge in edges {
+        match left.iter().position(|other: &Edge| other.passed == edge.passed) {
+            Some(other) => pairs.push([left.remove(other), *edge]),
+            None => left.push(*edge),
+        }
+    }
+    if let [a, b] = left[..] {
+        pairs.push([a, b]);
+    }
+    pairs
 }
 
 /// Where voxels meet: places of the vertices at corners of voxels, in the middle of their layers.
@@ -437,7 +519,7 @@ mod tests {
             let edges = edges(&mesh);
             let joined: Vec<u32> = edges.iter()
                 .filter(|(_, count)| **count > 2)
-                .flat_map(|(edge, count)| { assert_eq!(*count, 4); *edge })
+                .flat_map(|(edge, _)| *edge)
                 .collect();
             let mut arrows = std::collections::BTreeSet::new();
             let mut around = vec![Vec::new(); mesh.positions.len()];
@@ -469,6 +551,7 @@ mod tests {
         let blob = Blob::of(6, |x, y, l| {
             y < 4 && (usize::from(x) == l || usize::from(x) == l + 1)
         });
+        let blob = blob.reached_where(|x, _, l| usize::from(x) >= l);
         let on_slope = |center: &Vec3| center.with_z(center.x);
         let points: Vec<Vec3> = blob.centers().iter().map(on_slope).collect();
         let mesh = initial_mesh(&blob.layers(), &points, 1.5);

@@ -31,6 +31,18 @@ impl Blob {
         }
     }
 
+    /// The same where lines of sight reach only some places.
+    pub(crate) fn reached_where(mut self, is_reached: impl Fn(u16, u16, usize) -> bool) -> Self {
+        for (l, reached) in self.reached.iter_mut().enumerate() {
+            for (x, y) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y))) {
+                if !is_reached(x, y, l) {
+                    reached.remove(x.into(), y.into());
+                }
+            }
+        }
+        self
+    }
+
     pub(crate) fn layers(&self) -> VoxelLayers<'_> {
         VoxelLayers {
             width: SIDE.into(),

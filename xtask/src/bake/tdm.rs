@@ -12,9 +12,9 @@ use crate::voxels::{Projection, VoxelGrid};
 use anyhow::{Result, bail};
 use farfield_atlas::{Atlas, pack};
 use farfield_bundle::{Body, Channels, Impostor, NewFile, TdmBody};
-use farfield_grid::Grid;
+use farfield_grid::{BitMask, Grid};
 use farfield_layers::{corners_in_view, smallest_texel};
-use farfield_sampling::{Lighting, Textures, sample_colors};
+use farfield_sampling::{Lighting, Recording, Textures, sample_colors};
 use farfield_scene::{
     AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap,
 };
@@ -52,8 +52,12 @@ pub(super) fn bake(
     let recording = console.stage("record", || {
         record_layers(scene, textures, &stack, &settings.cell, settings.foliage)
     });
-    let reached = console.stage("cull", || reached(&recording, width, height));
-    let visible = visible(&recording, &reached);
+    let (reached, visible) = console.stage("cull", || {
+        let reached = widened(&recording, reached(&recording, width, height));
+        let touched: Vec<BitMask> = reached.iter().map(BitMask::dilated).collect();
+        let visible = visible(&recording, &touched);
+        (reached, visible)
+    });
     if visible.samples.is_empty() {
         return Ok(None);
     }
@@ -127,6 +131,26 @@ pub(super) fn bake(
         display,
         smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
     }))
+}
+
+/// How far into shadows a mesh reaches, in texels. A line of sight that grazes what hides a surface from
+/// its neighbours meets it within a texel or two of the shadow's border, and the mesh may shrink by as
+/// much there and where it is hidden by.
+const INTO_SHADOW: usize = 2;
+
+/// The texels that lines of sight reach, and of those that are free the ones beside them: as far as
+/// nothing lies in between.
+fn widened(recording: &Recording, mut reached: Vec<BitMask>) -> Vec<BitMask> {
+    reached.par_iter_mut().enumerate().for_each(|(layer, reached)| {
+        let (width, height) = (reached.width() as u32, reached.height() as u32);
+        let recorded = recording.masks(layer, width, height).opaque;
+        for _ in 0..INTO_SHADOW {
+            let mut free = BitMask::empty(reached.width(), reached.height());
+            free.insert_all(reached, &recorded);
+            reached.insert_all(&free.dilated(), &recorded);
+        }
+    });
+    reached
 }
 
 /// What the texels of a mesh's charts are painted from.

@@ -1,8 +1,6 @@
 //! Charts: pieces of a mesh, each laid out in a plane, for textures.
 
 mod cells;
-#[cfg(test)]
-mod measure;
 mod merge;
 mod piece;
 mod plane;
