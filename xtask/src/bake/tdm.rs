@@ -54,7 +54,7 @@ pub(super) fn bake(
     });
     let (reached, visible) = console.stage("cull", || {
         let reached = widened(&recording, reached(&recording, width, height));
-        let touched: Vec<BitMask> = reached.iter().map(BitMask::dilated).collect();
+        let touched: Vec<BitMask> = reached.iter().map(|mask| mask.dilated().dilated()).collect();
         let visible = visible(&recording, &touched);
         (reached, visible)
     });

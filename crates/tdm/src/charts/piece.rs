@@ -42,22 +42,43 @@ impl Surface {
             (cosine >= LEAST_COSINE).then(|| f64::max(most, self.densities[*t as usize] / cosine))
         })
     }
+
+    /// About the direction that the farthest off of two pieces' normals is least far off.
+    fn middle(&self, pieces: [&Piece; 2], start: DVec3) -> DVec3 {
+        let mut middle = start;
+        for step in 1..=STEPS {
+            let triangles = pieces.iter().flat_map(|piece| &piece.triangles);
+            let normals = triangles.map(|t| self.normals[*t as usize]);
+            let (_, farthest) =
+                normals.fold((f64::INFINITY, start), |(least, farthest), normal| {
+                    let cosine = normal.dot(middle);
+                    match cosine < least {
+                        true => (cosine, normal),
+                        false => (least, farthest),
+                    }
+                });
+            // Smaller and smaller steps, each towards what is farthest off.
+            middle = middle.lerp(farthest, 1.0 / f64::from(step + 1));
+            middle = middle.normalize_or(start);
+        }
+        middle
+    }
 }
 
-/// Of the angle between a triangle and the plane of its chart, 60 degrees.
+/// Of the search for the middle of normals: to within a few degrees.
+const STEPS: u32 = 9;
+
+/// Of the angle between a triangle and the plane of its chart: 60 degrees.
 ///
 /// The faces of a voxel are at 54.7 degrees to a plane across its diagonal, so stairs in whatever
-/// direction can be one chart. Farther on, what a projection saves by shortening triangles is less
-/// and less than what the higher density costs: at 60 degrees a texel in two is lost in one
-/// direction, so there are two for one in the other.
-pub(super) const LEAST_COSINE: f64 = 0.5 - 1e-9;
+/// direction can be one chart. Farther on, what the whole chart grows by for the tilted triangle's
+/// sake hardly ever pays: without a limit there are one or two charts fewer in a hundred.
+pub(super) const LEAST_COSINE: f64 = 0.5;
 
 /// Triangles that are connected, and do not overlap seen along the axis of a plane.
 pub(super) struct Piece {
     pub triangles: Vec<u32>,
     pub plane: Plane,
-    /// How the triangles look out, each by its area, twice.
-    normal: DVec3,
     pub layout: Layout,
     cells: Cells,
 }
@@ -83,7 +104,6 @@ impl Layout {
 
 impl Piece {
     pub(super) fn single(surface: &Surface, triangle: u32) -> Self {
-        let [a, b, c] = surface.corners[triangle as usize];
         let plane = Plane::new(surface.normals[triangle as usize]);
         let places = surface.places(triangle, &plane);
         let mut cells = Cells::default();
@@ -92,7 +112,6 @@ impl Piece {
         Self {
             triangles: vec![triangle],
             plane,
-            normal: (b - a).cross(c - a),
             layout: Layout::new(density, places.to_vec(), surface.gutter),
             cells,
         }
@@ -106,16 +125,15 @@ impl Piece {
     /// How this and a smaller piece could be laid out as one, the tightest way first.
     ///
     /// In this one's plane only the smaller one's triangles are looked at. Other planes are tried
-    /// where that is not many times as many.
+    /// where this one has not many times as many, so no triangle is looked at too often.
     pub(super) fn layouts_with(&self, small: &Self, surface: &Surface) -> Vec<(Plane, Layout)> {
         let mut planes = vec![self.plane];
-        if self.triangles.len() <= FEW.max(4 * small.triangles.len()) {
-            let middle = (self.normal + small.normal).normalize_or(self.plane.axis);
-            for plane in [small.plane, Plane::new(middle)] {
-                if !planes.iter().any(|p| p.is_parallel(&plane)) {
-                    planes.push(plane);
-                }
-            }
+        let flat = self.plane.is_parallel(&small.plane);
+        if !flat && self.triangles.len() <= FEW.max(4 * small.triangles.len()) {
+            let axes = [self, small].map(|piece| piece.plane.axis);
+            let between = (axes[0] + axes[1]).normalize_or(axes[0]);
+            let middle = surface.middle([self, small], between);
+            planes.extend([small.plane, Plane::new(between), Plane::new(middle)]);
         }
         let lay_out = |plane: Plane| Some((plane, self.layout_in(&plane, small, surface)?));
         let mut found: Vec<(Plane, Layout)> = planes.into_iter().filter_map(lay_out).collect();
@@ -171,11 +189,10 @@ impl Piece {
             self.cells = cells;
         }
         self.triangles.extend(&small.triangles);
-        self.normal += small.normal;
         (self.plane, self.layout) = (plane, layout);
         true
     }
 }
 
-/// Triangles that are looked at without a second thought.
+/// Triangles of a piece that may be looked at whenever a neighbour is.
 const FEW: usize = 16;

@@ -13,6 +13,8 @@ pub(super) struct Plane {
 
 impl Plane {
     pub(super) fn new(axis: DVec3) -> Self {
+        // Of zeros with a sign would come other directions.
+        let axis = axis + DVec3::ZERO;
         let (right, _) = axis.any_orthonormal_pair();
         Self {
             axis,

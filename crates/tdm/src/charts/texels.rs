@@ -2,6 +2,7 @@
 
 use super::Chart;
 use glam::{DVec2, Vec2};
+use std::f64::consts::SQRT_2;
 
 /// What a texel of a chart shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,43 +21,41 @@ impl Chart {
     /// What those texels show that lie on triangles or about them, row by row.
     ///
     /// A texel whose centre is in a triangle shows that point of it; on an edge, of the first
-    /// triangle. One whose centre is in none, but along both axes within `gutter` texels of one,
-    /// shows the point nearest to its centre. The others are left out: whoever filters bilinearly
-    /// never needs them.
+    /// triangle. One whose centre is in none, but within the diagonal of `gutter` x `gutter` texels
+    /// of one, shows the point nearest to its centre. The others are left out: filters that reach
+    /// `gutter` texels to each side of a point of a triangle never meet them.
     ///
-    /// Costs in proportion to the texels of each triangle, those within `gutter` of it included.
+    /// Costs in proportion to the texels of each triangle, those about it included.
     pub fn texels(&self, gutter: u32) -> Vec<ChartTexel> {
-        let count = self.width as usize * self.height as usize;
-        let mut found: Vec<Option<Found>> = vec![None; count];
-        for reach in [0, gutter] {
-            for (i, corners) in self.corners.iter().enumerate() {
-                let corners = corners.map(Vec2::as_dvec2);
-                self.each_near(corners, reach.into(), |at, center| {
-                    let seen = &mut found[at];
-                    if seen.is_some_and(|seen| seen.distance == 0.0) {
-                        return;
-                    }
-                    let Some(weights) = inside(corners, center) else {
-                        if reach == 0 {
-                            return;
-                        }
-                        let (distance, weights) = nearest(corners, center);
-                        if seen.is_none_or(|seen| distance < seen.distance) {
-                            *seen = Some(Found {
-                                distance,
-                                triangle: i,
-                                weights,
-                            });
-                        }
-                        return;
-                    };
-                    *seen = Some(Found {
-                        distance: 0.0,
+        let mut found = vec![None; self.width as usize * self.height as usize];
+        for (i, corners) in self.corners.iter().enumerate() {
+            let corners = corners.map(Vec2::as_dvec2);
+            self.each_near(corners, 0.0, |at, center| {
+                let (seen, weights) = (&mut found[at], inside(corners, center));
+                *seen = seen.or(weights.map(|weights| Found {
+                    distance: -1.0,
+                    triangle: i,
+                    weights,
+                }));
+            });
+        }
+        let reach = f64::from(gutter) * SQRT_2;
+        for (i, corners) in self.corners.iter().enumerate() {
+            let corners = corners.map(Vec2::as_dvec2);
+            self.each_near(corners, reach, |at, center| {
+                let most = found[at].map_or(reach, |seen| seen.distance);
+                if most < 0.0 {
+                    return;
+                }
+                let (distance, weights) = nearest(corners, center);
+                if distance < most {
+                    found[at] = Some(Found {
+                        distance,
                         triangle: i,
                         weights,
                     });
-                });
-            }
+                }
+            });
         }
         let texel = |(at, found): (usize, Option<Found>)| {
             let found = found?;
@@ -97,7 +96,7 @@ const ROUNDING: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug)]
 struct Found {
-    /// Squared, from the texel's centre.
+    /// From the texel's centre; -1 where that is inside.
     distance: f64,
     triangle: usize,
     weights: [f64; 3],
@@ -136,7 +135,7 @@ fn inside([a, b, c]: [DVec2; 3], point: DVec2) -> Option<[f64; 3]> {
     (parts.iter().all(|part| *part >= 0.0) && sum > 0.0).then(|| parts.map(|part| part / sum))
 }
 
-/// The squared distance to the nearest point of a triangle that a point is outside of, and the
+/// The distance to the nearest point of a triangle that a point is outside of, and the
 /// weights of that point.
 fn nearest(corners: [DVec2; 3], point: DVec2) -> (f64, [f64; 3]) {
     let mut nearest = (f64::INFINITY, [0.0; 3]);
@@ -155,5 +154,52 @@ fn nearest(corners: [DVec2; 3], point: DVec2) -> (f64, [f64; 3]) {
             nearest.1[j] = along;
         }
     }
-    nearest
+    (nearest.0.sqrt(), nearest.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::any_charts;
+    use super::*;
+    use proptest::prelude::*;
+
+    /// How far points on a chart may be off, in texels: hundreds, as f32.
+    const SLACK: f64 = 1e-4;
+
+    proptest! {
+        /// Each texel is told once, by brute force: a triangle that its centre is in, the nearest
+        /// one where it is in none, nothing where all are farther than the gutter.
+        #[test]
+        fn texels_show_what_is_nearest((charts, gutter) in any_charts()) {
+            let reach = f64::from(gutter) * SQRT_2;
+            for chart in charts {
+                let found = chart.texels(gutter);
+                prop_assert!(found.is_sorted_by(|a, b| (a.y, a.x) < (b.y, b.x)));
+                let mut found = found.into_iter().peekable();
+                for (y, x) in (0..chart.height).flat_map(|y| (0..chart.width).map(move |x| (y, x))) {
+                    let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                    let corners: Vec<[DVec2; 3]> =
+                        chart.corners.iter().map(|t| t.map(Vec2::as_dvec2)).collect();
+                    let distance = |t: &[DVec2; 3]| match inside(*t, center) {
+                        Some(_) => 0.0,
+                        None => nearest(*t, center).0,
+                    };
+                    let least = corners.iter().map(distance).fold(f64::INFINITY, f64::min);
+                    let Some(texel) = found.next_if(|texel| (texel.x, texel.y) == (x, y)) else {
+                        prop_assert!(least > reach - SLACK, "({x}, {y}) is not told");
+                        continue;
+                    };
+                    let at = chart.triangles.binary_search(&texel.triangle).unwrap();
+                    let shown = corners[at].iter().zip(texel.weights);
+                    let shown: DVec2 = shown.map(|(corner, weight)| corner * f64::from(weight)).sum();
+                    prop_assert!((shown.distance(center) - least).abs() < SLACK);
+                    let sum: f32 = texel.weights.iter().sum();
+                    prop_assert!((sum - 1.0).abs() < 1e-5);
+                    prop_assert!(texel.weights.iter().all(|w| (0.0..=1.0).contains(w)));
+                    prop_assert!(least <= reach + SLACK, "({x}, {y}) is {least} off");
+                }
+                prop_assert!(found.next().is_none());
+            }
+        }
+    }
 }
