@@ -352,7 +352,7 @@ fn compare(
     let layered = &subject.layered;
     let borders = layered.borders();
     let layers = |depth: &Grid<f64>| layer_indices(depth, camera, &layered.pose, &borders);
-    let gaps = gap_pixels(&layers(&original.depth), &layers(&shown.depth));
+    let gaps = gap_pixels(&layers(&original.depth), &layers(&shown.depth), 1);
     let is_hole = |[x, y]: &&[u32; 2]| shown.ids[(*x as usize, *y as usize)] == NONE;
     let region = compared_region(&original.ids, &shown.ids);
     let [before, after] = [original, shown].map(over_background);

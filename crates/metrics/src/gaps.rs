@@ -5,17 +5,19 @@ use farfield_grid::Grid;
 
 /// The pixels (x, y) where one looks through the impostor, row by row: the original covers the
 /// whole 3 x 3 neighbourhood, but the impostor shows nothing, or a layer whose index exceeds by
-/// more than one the greatest among the nine.
+/// more than `slack` the greatest among the nine.
 ///
 /// * `original`, `impostor` - per pixel the index of the layer whose range holds the depth seen,
 ///   or [`NONE`] ([`layer_indices`](crate::layer_indices))
+/// * `slack` - by how many layers an impostor may show a surface behind where it is: 1 where it is
+///   made of layers, as surfaces reach over their borders
 ///
 /// Pixels at the picture's border lack neighbours and are never gaps.
 ///
 /// # Panics
 ///
 /// When the pictures are not equally large.
-pub fn gap_pixels(original: &Grid<u32>, impostor: &Grid<u32>) -> Vec<[u32; 2]> {
+pub fn gap_pixels(original: &Grid<u32>, impostor: &Grid<u32>, slack: u32) -> Vec<[u32; 2]> {
     let (width, height) = (original.width(), original.height());
     assert_eq!((impostor.width(), impostor.height()), (width, height));
     let mut gaps = Vec::new();
@@ -26,7 +28,7 @@ pub fn gap_pixels(original: &Grid<u32>, impostor: &Grid<u32>) -> Vec<[u32; 2]> {
         for x in 1..width.saturating_sub(1) {
             let behind = greatest(x - 1).max(greatest(x)).max(greatest(x + 1));
             let seen = impostor.row(y)[x];
-            if behind != NONE && (seen == NONE || seen > behind + 1) {
+            if behind != NONE && (seen == NONE || seen > behind + slack) {
                 gaps.push([x as u32, y as u32]);
             }
         }
@@ -48,7 +50,9 @@ mod tests {
     proptest! {
         /// Gaps are found exactly where the definition, written down pixel by pixel, has them.
         #[test]
-        fn gaps_are_where_the_definition_has_them(original in indices(), impostor in indices()) {
+        fn gaps_are_where_the_definition_has_them(
+            original in indices(), impostor in indices(), slack in 0..4u32,
+        ) {
             let mut expected = Vec::new();
             for y in 1..4 {
                 for x in 1..6 {
@@ -56,18 +60,18 @@ mod tests {
                         (0..9).map(|i| original[(x + i % 3 - 1, y + i / 3 - 1)]).collect();
                     let all = nine.iter().all(|i| *i != NONE);
                     let seen = impostor[(x, y)];
-                    if all && (seen == NONE || seen > nine.iter().max().unwrap() + 1) {
+                    if all && (seen == NONE || seen > nine.iter().max().unwrap() + slack) {
                         expected.push([x as u32, y as u32]);
                     }
                 }
             }
-            prop_assert_eq!(gap_pixels(&original, &impostor), expected);
+            prop_assert_eq!(gap_pixels(&original, &impostor, slack), expected);
         }
 
         /// A picture has no gaps against itself.
         #[test]
         fn the_original_has_no_gaps(original in indices()) {
-            prop_assert!(gap_pixels(&original, &original).is_empty());
+            prop_assert!(gap_pixels(&original, &original, 0).is_empty());
         }
     }
 }

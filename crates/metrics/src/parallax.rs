@@ -113,19 +113,79 @@ pub fn parallax(
             result.hidden += 1;
             continue;
         }
-        if is_above {
-            result.above.push(place);
-        }
-        let Some((_, error)) = met else {
-            result.unmet.push(place);
-            continue;
-        };
-        result.errors.record(error);
-        if result.worst.is_none_or(|(worst, _)| error > worst) {
-            result.worst = Some((error, place));
-        }
+        result.take(place, met.map(|(_, error)| error), is_above);
     }
     result
+}
+
+/// Measures how far a mesh displaces what a camera sees of the original.
+///
+/// The mesh passes within a voxel or so of what it stands for, and shows at each of its points the
+/// colours of what is nearest to it. So a surface point X of the original is shown at the point X' of
+/// the mesh that is nearest to it in the warped grid, in which a texel and a layer are as long as each
+/// other, and the error is the distance between X and X' on the screen.
+///
+/// As in [`parallax`], a point with an error above the limit is hidden, not displaced, where the
+/// impostor shows a nearer layer, but none nearer by more than one than what the original has in the
+/// 5 x 5 neighbourhood.
+///
+/// * `nearest` - the point of the mesh nearest to a point, both in the world; `None` where there is
+///   none near
+///
+/// The other arguments and panics are those of [`parallax`].
+pub fn mesh_parallax(
+    depth: &Grid<f64>,
+    impostor: &Grid<f64>,
+    camera: &Camera,
+    recorded: &RecordedFrom<'_>,
+    limit: f64,
+    nearest: impl Fn(DVec3) -> Option<DVec3>,
+    touches: impl Fn([u32; 2], u32) -> bool,
+) -> ParallaxErrors {
+    let RecordedFrom {
+        reference, borders, ..
+    } = *recorded;
+    let layers = layer_indices(depth, camera, &reference, borders);
+    let shown = layer_indices(impostor, camera, &reference, borders);
+    let mut result = ParallaxErrors::default();
+    for (i, &layer) in layers.cells().iter().enumerate() {
+        if layer == NONE {
+            continue;
+        }
+        let (x, y) = (i % depth.width(), i / depth.width());
+        let (pixel, place) = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5), [x as u32, y as u32]);
+        let point = camera.pose.point_in_world(camera.view_from_pixel(pixel, depth[(x, y)]));
+        let error = nearest(point).and_then(|shown| {
+            let in_view = camera.pose.point_in_view(shown);
+            let error = camera.pixel_from_view(in_view).distance(pixel);
+            (in_view.z > 0.0 && error.is_finite()).then_some(error)
+        });
+        let is_above = error.is_none_or(|error| error > limit);
+        let nearer = is_above.then(|| nearer_layer(&layers, &shown, [x, y])).flatten();
+        if nearer.is_some_and(|layer| shows(&layers, [x, y], layer) || touches(place, layer)) {
+            result.hidden += 1;
+            continue;
+        }
+        result.take(place, error, is_above);
+    }
+    result
+}
+
+impl ParallaxErrors {
+    /// Counts the error of a pixel, or that it has none because what it shows is missing.
+    fn take(&mut self, place: [u32; 2], error: Option<f64>, is_above: bool) {
+        if is_above {
+            self.above.push(place);
+        }
+        let Some(error) = error else {
+            self.unmet.push(place);
+            return;
+        };
+        self.errors.record(error);
+        if self.worst.is_none_or(|(worst, _)| error > worst) {
+            self.worst = Some((error, place));
+        }
+    }
 }
 
 /// Where the impostor shows a nearer layer at a pixel than the original does: the farthest that

@@ -16,9 +16,11 @@ mod piece;
 mod record;
 mod texel_search;
 
+mod nearest;
 mod trace;
 
 pub use geometry::seen_bounds;
+pub use nearest::NearestPoints;
 pub use light::{Lighting, lit_color};
 pub use rasterize::{NONE, Visibility, rasterize, shade};
 

@@ -1,7 +1,7 @@
 //! What holds for every viewpoint, because of how the impostor is built: checked on the file as
 //! a client reads it.
 
-use super::subject::Subject;
+use super::subject::{MeshShape, Shape, Subject};
 use crate::bake::recording::{recording_camera, texels_sha256};
 use crate::bake::shown_from;
 use anyhow::{Context, Result};
@@ -40,20 +40,14 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Result<Construction> 
     )
     .context("the layers do not fit together; bake the bundle again")?;
     let (proved, mut faults) = bounds(&found);
-    let depths: Vec<f64> = subject
-        .stack
-        .layers
-        .iter()
-        .map(|layer| layer.depth)
-        .collect();
-    let camera = recording_camera(&subject.stack);
-    let patches = match patches_of(subject.impostor.scene, &camera, &depths) {
-        Ok(patches) => {
-            faults.extend(other_texels(&patches, subject));
+    let patches = match &subject.shape {
+        Shape::Layers(_) => {
+            let (patches, found) = check_quads(subject);
+            faults.extend(found);
             patches
         }
-        Err(error) => {
-            faults.push(format!("{error}"));
+        Shape::Mesh(mesh) => {
+            faults.extend(check_mesh(subject, mesh));
             Vec::new()
         }
     };
@@ -64,6 +58,34 @@ pub(super) fn check_construction(subject: &Subject<'_>) -> Result<Construction> 
         faults,
         patches,
     })
+}
+
+/// What the quads of a layered impostor show, and what is wrong with them.
+fn check_quads(subject: &Subject<'_>) -> (Vec<Patch>, Vec<String>) {
+    let depths: Vec<f64> = subject
+        .stack
+        .layers
+        .iter()
+        .map(|layer| layer.depth)
+        .collect();
+    let camera = recording_camera(&subject.stack);
+    match patches_of(subject.impostor.scene, &camera, &depths) {
+        Ok(patches) => {
+            let faults = other_texels(&patches, subject);
+            (patches, faults.into_iter().collect())
+        }
+        Err(error) => (Vec::new(), vec![error.to_string()]),
+    }
+}
+
+/// What is wrong with a mesh.
+fn check_mesh(subject: &Subject<'_>, mesh: &MeshShape) -> Vec<String> {
+    let triangles = subject.impostor.scene.drawn_triangles();
+    let is_other = triangles != mesh.body.triangles;
+    let fault = is_other.then(|| {
+        format!("the mesh has {triangles} triangles, not the {} that were baked", mesh.body.triangles)
+    });
+    fault.into_iter().collect()
 }
 
 /// What is proved of all impostors of a bundle: of each bound the worst.
@@ -119,7 +141,11 @@ fn other_material(subject: &Subject<'_>) -> Option<String> {
     let is_lit = |m: &Material| {
         !m.unlit && m.normal_texture.is_some() && m.metallic_roughness_texture.is_some()
     };
+    let is_mesh = matches!(subject.shape, Shape::Mesh(_));
     let is_mask = |m: &&Material| {
+        if is_mesh {
+            return m.unlit && m.double_sided && m.alpha == AlphaMode::Opaque;
+        }
         let is_shown_as_baked = match subject.channels {
             Channels::Lit | Channels::Unlit => m.unlit,
             Channels::Pbr => is_lit(m),
@@ -132,6 +158,12 @@ fn other_material(subject: &Subject<'_>) -> Option<String> {
         .materials
         .iter()
         .find(|m| !is_mask(m))?;
+    if is_mesh {
+        return Some(format!(
+            "material '{}' is not unlit, opaque and seen from both sides",
+            other.name
+        ));
+    }
     let kind = match subject.channels {
         Channels::Lit | Channels::Unlit => "an unlit mask",
         Channels::Pbr => "a lit mask with pages of normals, metallic and roughness",

@@ -2,10 +2,11 @@
 
 use crate::bake::recording::Settings;
 use crate::parts::Part;
+use crate::voxels::Projection;
 use anyhow::{Result, bail};
-use farfield_bundle::{Channels, Impostor, LayeredBody, Manifest, Technique};
+use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, TdmBody, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
-use farfield_sampling::{Foliage, Textures, Tracer};
+use farfield_sampling::{Foliage, NearestPoints, Textures, Tracer};
 use farfield_scene::Scene;
 use farfield_views::{Camera, Pose, ViewCell, lattice_viewpoints, low_discrepancy_point};
 use glam::{DVec2, DVec3, DVec4};
@@ -23,10 +24,10 @@ pub(super) struct Subject<'a> {
     /// The impostor's name.
     pub(super) name: &'a str,
     pub(super) original: Side<'a>,
-    /// Its quads alone.
+    /// What is displayed of it alone.
     pub(super) impostor: Side<'a>,
-    /// Meets these.
-    pub(super) tracer: Tracer,
+    /// How it shows what was recorded.
+    pub(super) shape: Shape,
     /// Where the layers are, as the manifest says.
     pub(super) stack: LayerStack,
     /// Checksum of where each layer has texels, as the manifest says.
@@ -47,6 +48,60 @@ pub(super) struct Subject<'a> {
     pub(super) most_parallax: f64,
 }
 
+/// How an impostor shows what was recorded.
+pub(super) enum Shape {
+    /// On quads in the layers, where rays from the reference viewpoint meet them.
+    Layers(Tracer),
+    /// On a mesh that passes near it.
+    Mesh(MeshShape),
+}
+
+/// A mesh in the warped grid.
+pub(super) struct MeshShape {
+    /// The mesh as it was made.
+    pub(super) body: TdmBody,
+    /// Side of a voxel in which the mesh touches it, in voxels.
+    pub(super) enlarged: f64,
+    pub(super) projection: Projection,
+    /// Of its triangles, in the grid.
+    pub(super) points: NearestPoints,
+}
+
+/// How far from a point its place on a mesh is looked for, in voxels.
+const NEAR: f64 = 8.0;
+
+impl MeshShape {
+    fn new(body: &TdmBody, enlarged: f64, stack: &LayerStack, mesh: &Scene) -> Self {
+        let projection = Projection::of(stack);
+        let triangles = triangles_in_world(mesh)
+            .map(|corners| corners.map(|point| projection.place(point)))
+            .collect();
+        Self {
+            body: body.clone(),
+            enlarged,
+            projection,
+            points: NearestPoints::new(triangles),
+        }
+    }
+
+    /// The point of the mesh that is nearest to a point of the world, measured in the grid.
+    pub(super) fn nearest(&self, point: DVec3) -> Option<DVec3> {
+        let found = self.points.nearest(self.projection.place(point), NEAR);
+        found.map(|place| self.projection.point_in_world(place))
+    }
+}
+
+/// The triangles of a scene.
+pub(super) fn triangles_in_world(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
+    (0..scene.objects.len() as u32).flat_map(move |object| {
+        let triangles = scene.mesh_of(object).triangles.clone();
+        triangles.map(move |triangle| {
+            let vertices = scene.triangle_in(object, triangle);
+            vertices.map(|vertex| scene.world_position(object, vertex))
+        })
+    })
+}
+
 /// Distinguishes verify's viewpoints from any that a bake may look from.
 pub(super) const SEED: u64 = 0x7665_7269_6679;
 
@@ -65,6 +120,13 @@ impl<'a> Subject<'a> {
         let body = impostor.body.layers();
         let settings = settings(manifest, part);
         require_same_box(impostor.represented, part.represented)?;
+        let stack = stack_of(body);
+        let shape = match (&impostor.body, &manifest.technique) {
+            (Body::Tdm(mesh), Technique::Tdm { enlarged, .. }) => {
+                Shape::Mesh(MeshShape::new(mesh, *enlarged, &stack, quads.scene))
+            }
+            _ => Shape::Layers(Tracer::new(quads.scene)),
+        };
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
         Ok(Self {
             name: &impostor.name,
@@ -73,8 +135,8 @@ impl<'a> Subject<'a> {
                 textures: original,
             },
             impostor: quads,
-            tracer: Tracer::new(quads.scene),
-            stack: stack_of(body),
+            shape,
+            stack,
             texels_sha256: checksums.collect(),
             borders: body.borders(),
             foliage: settings.foliage,
@@ -85,6 +147,15 @@ impl<'a> Subject<'a> {
             lens: settings.camera,
             most_parallax: manifest.promise.parallax_px.unwrap_or(f64::INFINITY),
         })
+    }
+
+    /// By how many layers a surface may be shown behind where it is.
+    pub(super) fn slack(&self) -> u32 {
+        match &self.shape {
+            Shape::Layers(_) => 1,
+            // From one border of a voxel to the other of the enlarged one.
+            Shape::Mesh(mesh) => 1 + ((1.0 + mesh.enlarged) / 2.0).ceil() as u32,
+        }
     }
 
     /// The centre of what is represented, in the world.

@@ -2,14 +2,14 @@
 
 use super::gaps::gaps;
 use super::strays::strays;
-use super::subject::{Side, Subject};
+use super::subject::{Shape, Side, Subject};
 use crate::pictures;
 use farfield_bundle::Promise;
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
     SilhouetteDisplacement, StrayColors, color_difference, compared_region, coverage,
-    covered_in_any_sample, layer_indices, parallax, phantom_pixels, silhouette_displacement,
+    covered_in_any_sample, layer_indices, mesh_parallax, parallax, phantom_pixels, silhouette_displacement,
     ssim_errors,
 };
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
@@ -228,18 +228,20 @@ impl<'a> Sight<'a> {
             borders: &subject.borders,
             texel: subject.texel(),
         };
-        parallax(
-            &self.original.depth,
-            &self.impostor.depth,
-            self.camera,
-            &recorded,
-            subject.most_parallax,
-            |direction, range| {
+        let touches = |at, layer| self.close_look.touches(at, layer);
+        let (original, impostor) = (&self.original.depth, &self.impostor.depth);
+        let limit = subject.most_parallax;
+        match &subject.shape {
+            Shape::Layers(tracer) => {
                 let eye = reference.eye;
-                subject.tracer.nearest_to_range(eye, direction, range)
-            },
-            |at, layer| self.close_look.touches(at, layer),
-        )
+                let meet = |direction, range| tracer.nearest_to_range(eye, direction, range);
+                parallax(original, impostor, self.camera, &recorded, limit, meet, touches)
+            }
+            Shape::Mesh(mesh) => {
+                let nearest = |point| mesh.nearest(point);
+                mesh_parallax(original, impostor, self.camera, &recorded, limit, nearest, touches)
+            }
+        }
     }
 
     /// The pixels that only the impostor covers, far from any surface of the original that is
