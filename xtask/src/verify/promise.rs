@@ -117,7 +117,7 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
             report.back_pixels as f64,
             count,
             format!(
-                "{} pixels show backs of surfaces that are to be seen from their fronts",
+                "{} pixels show backs of surfaces whose fronts nobody in the view cell sees",
                 report.back_pixels
             ),
             places(&report.backs),

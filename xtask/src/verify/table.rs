@@ -17,6 +17,10 @@ pub(super) fn promised_rows(report: &VerifyReport, judged: &[Judged]) -> Vec<Pro
     let plain = |n: f64| format!("{n:.4}");
     let others = [
         (
+            "pixels seen from behind",
+            Some(format!("{}", report.behind_pixels)),
+        ),
+        (
             "silhouettes, pixels",
             Some(pixels(report.spread.silhouette_px.max)),
         ),
