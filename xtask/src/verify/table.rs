@@ -12,6 +12,7 @@ pub(super) fn promised_rows(report: &VerifyReport, judged: &[Judged]) -> Vec<Pro
         name: figure.name,
         measured: figure.measured.clone(),
         promised: figure.promised.clone(),
+        is_judged: figure.is_judged,
         kept: figure.broken.is_none(),
     });
     let plain = |n: f64| format!("{n:.4}");
@@ -33,6 +34,7 @@ pub(super) fn promised_rows(report: &VerifyReport, judged: &[Judged]) -> Vec<Pro
             name,
             measured: measured?,
             promised: String::new(),
+            is_judged: false,
             kept: true,
         })
     });
