@@ -231,3 +231,34 @@ fn a_slit_between_the_centres_of_pixels_is_no_gap() {
     let report = verified(&dir, 128);
     assert!(report.holds, "{:?}", report.broken);
 }
+
+/// A ground that ends in mid-air, with viewers above it and below it: these see what those are shown,
+/// which is counted and breaks no promise.
+#[test]
+fn what_others_see_the_front_of_may_be_seen_from_behind() {
+    let corner = |x: f32, z: f32| Vec3::new(x, 0.2, z);
+    let [a, b, c, d] =
+        [(-2.0, 2.0), (2.0, 2.0), (2.0, -2.0), (-2.0, -2.0)].map(|(x, z)| corner(x, z));
+    let mut ground = scene_of(&[[a, b, c], [a, c, d]]);
+    ground.materials[0].double_sided = false;
+    let folder = tempfile::tempdir().unwrap();
+    let (file, dir) = (
+        folder.path().join("ground.glb"),
+        folder.path().join("bundle"),
+    );
+    std::fs::write(&file, glb_from_scene(&ground, &[]).unwrap()).unwrap();
+    let options = options_in_cell(SceneChoice::File(file), "box:0,0,6:4,3,2", 64, &dir);
+    bake(&options, &Console::Silent).unwrap();
+    let report = verified(&dir, 27);
+    assert!(report.holds, "{:?}", report.broken);
+    assert!(report.behind_pixels > 1000, "{}", report.behind_pixels);
+    assert_eq!((report.back_pixels, report.phantom_pixels), (0, 0));
+    let manifest = farfield_bundle::read(&dir).unwrap();
+    assert!(
+        manifest
+            .promise
+            .notes
+            .iter()
+            .any(|note| note.contains("ends in mid-air"))
+    );
+}

@@ -110,24 +110,7 @@ fn add_box(scene: &mut Scene, center: Vec3, size: Vec3, base_color: Vec4) {
 /// The slabs on several pages, a bundle that keeps its promise.
 fn good() -> Bundle {
     static GOOD: OnceLock<Bundle> = OnceLock::new();
-    let bake = || {
-        let folder = tempfile::tempdir().unwrap();
-        let (scene, dir) = (
-            folder.path().join("scene.glb"),
-            folder.path().join("bundle"),
-        );
-        fs::write(&scene, glb_from_scene(&slabs(), &[]).unwrap()).unwrap();
-        let mut options = options(SceneChoice::File(scene), 128, &dir);
-        options.page_size = PAGE_SIZE;
-        bake(&options, &Console::Silent).unwrap();
-        let display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
-        Bundle {
-            manifest: farfield_bundle::read(&dir).unwrap(),
-            display,
-            original: slabs(),
-        }
-    };
-    GOOD.get_or_init(bake).clone()
+    GOOD.get_or_init(|| Bundle::of(slabs())).clone()
 }
 
 /// Small enough for several pages.
@@ -137,6 +120,25 @@ const PAGE_SIZE: u32 = 144;
 const VIEWS: u64 = 9;
 
 impl Bundle {
+    /// The bundle that is baked of a scene.
+    fn of(original: Scene) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let (scene, dir) = (
+            folder.path().join("scene.glb"),
+            folder.path().join("bundle"),
+        );
+        fs::write(&scene, glb_from_scene(&original, &[]).unwrap()).unwrap();
+        let mut options = options(SceneChoice::File(scene), 128, &dir);
+        options.page_size = PAGE_SIZE;
+        bake(&options, &Console::Silent).unwrap();
+        let display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
+        Self {
+            manifest: farfield_bundle::read(&dir).unwrap(),
+            display,
+            original,
+        }
+    }
+
     /// Writes the bundle, with checksums that are right, and its scene into a folder; returns the
     /// bundle's own folder.
     fn write(&self, folder: &Path) -> PathBuf {
@@ -443,6 +445,37 @@ fn a_holed_texel_is_a_gap_where_it_is() {
     assert_eq!(report.gaps, [place]);
     let at = format!("view 0 at ({}, {})", place.x, place.y);
     assert_broken(&report, &["1 gap pixels, promised at most 0", &at]);
+}
+
+/// What was baked to be seen from both sides is shown though nobody sees the front of it any more.
+#[test]
+fn a_surface_turned_away_from_the_cell_shows_its_back() {
+    let mut plates = Scene::default();
+    for x in [-1.5, 1.5] {
+        add_box(
+            &mut plates,
+            Vec3::X * x,
+            Vec3::new(2.0, 2.0, 0.1),
+            Vec4::ONE,
+        );
+    }
+    // Of each box one side that faces the cell, if it is one-sided.
+    for (mesh, material) in plates.meshes.iter_mut().zip(&mut plates.materials) {
+        mesh.triangles.start += 10;
+        material.double_sided = true;
+    }
+    let mut bundle = Bundle::of(plates);
+    let turned = bundle.original.meshes[1].triangles.clone();
+    for triangle in turned {
+        bundle.original.triangles[triangle as usize].swap(1, 2);
+    }
+    for material in &mut bundle.original.materials {
+        material.double_sided = false;
+    }
+    let report = bundle.verified(VIEWS);
+    assert!(report.back_pixels > 1000, "{:?}", report.broken);
+    assert_eq!((report.phantom_pixels, report.behind_pixels), (0, 0));
+    assert_broken(&report, &["show backs", "promised at most 0", "view 0 at"]);
 }
 
 #[test]

@@ -288,8 +288,7 @@ fn walls_across_the_borders_have_no_seams() {
     assert_eq!(holes(&hall(), &impostors, &cameras), 0);
 }
 
-/// Each of six impostors holds for the viewers on its side; what only viewers on the other side of a
-/// surface should see is counted.
+/// Each of six impostors holds for the viewers on its side; what is seen from behind is counted.
 #[test]
 fn views_from_all_around_hold() {
     let folder = tempfile::tempdir().unwrap();
@@ -307,7 +306,7 @@ fn views_from_all_around_hold() {
         assert!(report.holds, "{:?}", report.broken);
         assert_eq!((report.gap_pixels, report.phantom_pixels), (0, 0));
         // The house's porch has no underside, but a front that is seen from below it.
-        assert!(i > 0 || report.back_pixels > 0);
+        assert!(i > 0 || report.behind_pixels > 0);
         let manifest = farfield_bundle::read(&dir).unwrap();
         let sides: Vec<_> = manifest.impostors.iter().map(|one| one.side).collect();
         assert_eq!(sides, Side::ALL.map(Some));

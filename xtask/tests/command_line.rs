@@ -182,6 +182,11 @@ fn a_changed_bundle_is_status_1_and_its_certificate_stale() {
     assert_eq!(baked.status.code(), Some(0), "{}", stderr(&baked));
     let verified = xtask(&["verify", out, "--views", "2"], folder.path());
     assert_eq!(verified.status.code(), Some(0), "{}", stderr(&verified));
+    // Of so few pixels colours tell nothing.
+    let unjudged = "not judged: fewer than 10000 pixels";
+    assert_eq!(stderr(&verified).matches(unjudged).count(), 2);
+    let report = fs::read_to_string(dir.join("report.html")).unwrap();
+    assert_eq!(report.matches(unjudged).count(), 2);
     let look = || xtask(&["verify", out, "--view", "1"], folder.path());
     let looked = look();
     assert!(stderr(&looked).contains("certified from 2 viewpoints"));
@@ -215,6 +220,25 @@ fn a_changed_bundle_is_status_1_and_its_certificate_stale() {
         errors[0].contains("000.png does not match its checksum"),
         "{text}"
     );
+}
+
+/// Pages that are too small are refused, naming the least that would do.
+#[test]
+fn the_least_page_size_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.gltf"), TRIANGLE).unwrap();
+    let bake = |size: u32| {
+        let size = size.to_string();
+        xtask(&["bake", "scene.gltf", "--page-size", &size], folder.path())
+    };
+    let refused = bake(64);
+    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
+    let text = stderr(&refused);
+    assert!(text.contains("--page-size 64 is too small: "), "{text}");
+    let least = text.split("pages of ").last().unwrap();
+    let least: u32 = least.split(' ').next().unwrap().parse().unwrap();
+    assert_eq!(bake(least - 4).status.code(), Some(1));
+    assert_eq!(bake(least).status.code(), Some(0));
 }
 
 #[test]

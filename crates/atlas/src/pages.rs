@@ -36,7 +36,11 @@ pub enum PackError {
         size: [u32; 2],
     },
     /// A rectangle that no page can hold.
-    #[error("rectangle {index} of {} x {} does not fit on a page of at most {limit} x {limit}", size[0], size[1])]
+    #[error(
+        "rectangle {index} of {} x {} does not fit on a page of at most {limit} x {limit}; pages of \
+         {least} x {least} hold each of them",
+        size[0], size[1]
+    )]
     TooLarge {
         /// Which one.
         index: usize,
@@ -44,6 +48,8 @@ pub enum PackError {
         size: [u32; 2],
         /// The largest multiple of 4 up to the largest side allowed.
         limit: u32,
+        /// The least side of pages, a multiple of 4, that hold each of the rectangles.
+        least: u32,
     },
 }
 
@@ -81,7 +87,15 @@ pub fn pack(sizes: &[[u32; 2]], max_side: u32) -> Result<Atlas, PackError> {
             return Err(PackError::Empty { index, size });
         }
         if size.iter().any(|&side| side > limit) {
-            return Err(PackError::TooLarge { index, size, limit });
+            let longest = sizes.as_flattened().iter().max();
+            let least = longest.and_then(|side| side.checked_next_multiple_of(4));
+            let least = least.unwrap_or(u32::MAX);
+            return Err(PackError::TooLarge {
+                index,
+                size,
+                limit,
+                least,
+            });
         }
     }
     if sizes.is_empty() {
@@ -359,7 +373,8 @@ mod tests {
             prop_assert_eq!(atlas.pages.len() as u32, n.div_ceil(a_page_holds));
         }
 
-        /// The first rectangle that is empty or larger than the largest page is named.
+        /// The first rectangle that is empty or larger than the largest page is named, and the
+        /// least pages that each of them fits on.
         #[test]
         fn what_cannot_be_packed_is_named(
             (mut sizes, max_side) in rectangles(),
@@ -373,7 +388,14 @@ mod tests {
             sizes.push([0, 0]);
             let size = sizes[index];
             let expected = if too_large {
-                PackError::TooLarge { index, size, limit }
+                let fits = |side: &u32| sizes.as_flattened().iter().all(|other| other <= side);
+                let least = (4..).step_by(4).find(fits).unwrap();
+                PackError::TooLarge {
+                    index,
+                    size,
+                    limit,
+                    least,
+                }
             } else {
                 PackError::Empty { index, size }
             };

@@ -196,8 +196,8 @@ pub struct Promise {
     /// Pixels that only the impostor covers, far from the original, in all views together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phantom_pixels: Option<u64>,
-    /// Pixels that the impostor covers where of the original there are only the backs of surfaces
-    /// that are to be seen from their fronts, in all views together.
+    /// Pixels that the impostor covers where of the original there are only the backs of
+    /// single-sided surfaces whose fronts nobody in the view space sees, in all views together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub back_pixels: Option<u64>,
     /// The farthest that a point appears from where it is, in pixels.

@@ -3,63 +3,82 @@
 use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::node::Bvh2Node;
 use std::time::Duration;
 
 /// Triangles in any space, ready to be asked which of their points are near a place.
 #[derive(Clone, Debug)]
 pub struct NearestPoints {
+    /// In the order in which the tree's leaves count them.
     triangles: Vec<[DVec3; 3]>,
-    tree: Bvh2,
+    /// The tree, root first. A leaf holds exactly one triangle.
+    nodes: Vec<Bvh2Node>,
 }
 
 impl NearestPoints {
     /// Prepares triangles, which may be none.
-    pub fn new(triangles: Vec<[DVec3; 3]>) -> Self {
-        let boxes: Vec<Aabb> = triangles
-            .iter()
-            .map(|corners| around(corners, 0.0))
-            .collect();
+    pub fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let boxes: Vec<Aabb> = triangles.iter().map(box_around).collect();
+        if boxes.is_empty() {
+            return Self {
+                triangles: Vec::new(),
+                nodes: Vec::new(),
+            };
+        }
         let params = BvhBuildParams {
             max_prims_per_leaf: 1,
             ..BvhBuildParams::medium_build()
         };
+        let tree = build_bvh2(&boxes, params, &mut Duration::default());
+        let order = tree.primitive_indices.iter();
         Self {
-            tree: build_bvh2(&boxes, params, &mut Duration::default()),
-            triangles,
+            triangles: order.map(|i| triangles[*i as usize]).collect(),
+            nodes: tree.nodes,
         }
     }
 
-    /// The point of a triangle that is nearest to a place, if it is at most `reach` away along every
-    /// axis, or hardly more.
+    /// The point of a triangle that is nearest to a place, if it is at most `reach` away.
     pub fn nearest(&self, place: DVec3, reach: f64) -> Option<DVec3> {
-        let mut best = None;
-        self.tree.aabb_traverse(around(&[place], reach), |tree, node| {
-            let node = &tree.nodes[node as usize];
-            let first = node.first_index as usize;
-            for i in &tree.primitive_indices[first..first + node.prim_count as usize] {
-                let point = nearest_on(&self.triangles[*i as usize], place);
-                let distance = point.distance_squared(place);
-                if best.is_none_or(|(least, _)| distance < least) {
-                    best = Some((distance, point));
-                }
+        let (mut least, mut nearest) = (reach * reach, None);
+        let mut waiting = Vec::with_capacity(64);
+        let to_box = |index: u32| {
+            let aabb = self.nodes[index as usize].aabb();
+            let [min, max] = [aabb.min, aabb.max].map(|corner| DVec3::from(corner.as_dvec3()));
+            (place.clamp(min, max).distance_squared(place), index)
+        };
+        if !self.nodes.is_empty() {
+            waiting.push(to_box(0));
+        }
+        while let Some((distance, index)) = waiting.pop() {
+            if distance > least {
+                continue;
             }
-            true
-        });
-        let is_near = |point: &DVec3| (*point - place).abs().max_element() <= reach;
-        best.map(|(_, point)| point).filter(is_near)
+            let node = &self.nodes[index as usize];
+            let first = node.first_index;
+            if !node.is_leaf() {
+                let [a, b] = [to_box(first), to_box(first + 1)];
+                // The nearer child is looked at first.
+                waiting.extend(if a.0 < b.0 { [b, a] } else { [a, b] });
+                continue;
+            }
+            let point = nearest_on(&self.triangles[first as usize], place);
+            let distance = point.distance_squared(place);
+            if distance <= least {
+                (least, nearest) = (distance, Some(point));
+            }
+        }
+        nearest
     }
 }
 
-/// The box around points and a little more.
-fn around(points: &[DVec3], margin: f64) -> Aabb {
+/// The box around a triangle, rounded outwards.
+fn box_around(corners: &[DVec3; 3]) -> Aabb {
     let mut aabb = Aabb::empty();
-    for point in points {
-        let rounded = point.abs().max_element() * f64::from(f32::EPSILON);
-        let margin = Vec3A::splat((margin + rounded) as f32 * (1.0 + f32::EPSILON));
-        let point = Vec3A::from(point.as_vec3());
-        aabb.extend(point - margin).extend(point + margin);
+    for corner in corners {
+        let margin = Vec3A::splat(corner.abs().max_element() as f32 * f32::EPSILON);
+        let corner = Vec3A::from(corner.as_vec3());
+        aabb.extend(corner - margin).extend(corner + margin);
     }
     aabb
 }
@@ -123,13 +142,12 @@ mod tests {
             };
             let points = triangles.iter().flat_map(|t| lattice.clone().map(|at| on(t, at)));
             let least = points.map(|p| p.distance(place)).fold(f64::INFINITY, f64::min);
-            let found = NearestPoints::new(triangles.clone()).nearest(place, reach);
+            let found = NearestPoints::new(&triangles).nearest(place, reach);
             match found {
                 Some(point) => {
                     let distance = point.distance(place);
                     prop_assert!(distance <= least + 1e-9 && least - distance < 0.3);
                 }
-                // In the corners of the box something else can be nearer.
                 None => prop_assert!(least > reach),
             }
         }

@@ -6,7 +6,7 @@ use super::{Baked, channels};
 use crate::console::Console;
 use crate::dump::{self, Recorded};
 use crate::parts::Part;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use farfield_atlas::pack;
 use farfield_bundle::{Body, Channels, Impostor, NewFile};
 use farfield_grid::{Grid, Rect};
@@ -130,7 +130,8 @@ fn arrange(rects: &[Vec<Rect>], page_size: u32) -> Result<(Vec<[u32; 2]>, Vec<Pa
         .collect();
     let padded = |rect: &Rect| [rect.width + 2 * GUTTER, rect.height + 2 * GUTTER];
     let sizes: Vec<[u32; 2]> = all.iter().map(|(_, rect)| padded(rect)).collect();
-    let atlas = pack(&sizes, page_size)?;
+    let too_small = || format!("--page-size {page_size} is too small");
+    let atlas = pack(&sizes, page_size).with_context(too_small)?;
     let placed = all.into_iter().zip(atlas.placements);
     let mut patches: Vec<Patch> = placed
         .map(|((layer, rect), at)| Patch {

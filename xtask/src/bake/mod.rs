@@ -320,9 +320,9 @@ const ANYWHERE: &str = "Texels are not magnified where the camera looks straight
 const ONE_AT_A_TIME: &str = "Of the impostors only the one on the viewer's side is to be shown: that \
     along whose axis the viewer is farthest from the centre.";
 
-/// Viewers in a wide view space see a surface from very different directions.
-const FROM_BEHIND: &str = "Surfaces that are to be seen from one side only may be seen from behind, where \
-    others of the viewers see their front; how many pixels show backs is not promised.";
+/// What is recorded for one viewer is shown to all.
+const FROM_BEHIND: &str = "A single-sided surface that ends in mid-air is also shown to viewers behind it \
+    where another place in the view space sees its front.";
 
 /// Masked materials are recorded so that no gap opens, which makes leaves larger by up to a texel.
 const MASKED: &str = "Masked surfaces reach up to a texel over their outlines, so among leaves \
@@ -349,9 +349,6 @@ pub(crate) fn promise(
     too_small: Option<String>,
 ) -> Promise {
     let masked = has_masks(scene);
-    // Of a narrow view cell none is seen from behind that another place sees the front of, but for
-    // surfaces that end in mid-air.
-    let from_behind = space.has_sides() && has_one_sided(scene);
     let by_centres = masked && foliage == farfield_bundle::Foliage::Centre;
     let note = match (masked, by_centres) {
         (_, true) => Some(BY_CENTRES),
@@ -363,13 +360,13 @@ pub(crate) fn promise(
         ViewSpace::Amid { .. } => (ANYWHERE, None),
         ViewSpace::Around { .. } => (OFF_AXIS, Some(ONE_AT_A_TIME)),
     };
-    let behind = from_behind.then_some(FROM_BEHIND);
+    let behind = has_one_sided(scene).then_some(FROM_BEHIND);
     let notes = [Some(aim), shown, behind, note, too_small.as_deref()];
     Promise {
         gap_pixels: (!by_centres).then_some(0),
         parallax_px: (!by_centres).then_some(1.0),
         phantom_pixels: Some(0),
-        back_pixels: (!from_behind).then_some(0),
+        back_pixels: Some(0),
         colour_bias: Some(if masked { BIAS_AMONG_LEAVES } else { BIAS }),
         // Of leaves seen from afar each pixel shows several, and others of the impostor's.
         stray_colours: (!(masked && space.has_sides())).then_some(STRAY),

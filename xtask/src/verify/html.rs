@@ -58,6 +58,8 @@ pub(super) struct PromisedRow {
     pub(super) measured: String,
     /// Empty where nothing is promised.
     pub(super) promised: String,
+    /// Whether anything is promised, and enough was seen to judge it.
+    pub(super) is_judged: bool,
     pub(super) kept: bool,
 }
 

@@ -8,8 +8,10 @@ use farfield_bundle::Promise;
 pub(super) struct Judged {
     pub(super) name: &'static str,
     pub(super) measured: String,
-    /// Empty where nothing is promised.
+    /// Empty where nothing is promised; says so where too little was seen to judge.
     pub(super) promised: String,
+    /// Whether anything is promised, and enough was seen to judge it.
+    pub(super) is_judged: bool,
     /// What is broken and where; nothing where the promise is kept.
     pub(super) broken: Option<String>,
 }
@@ -21,6 +23,8 @@ struct Measured {
     words: fn(f64) -> String,
     /// Whether something is wrong that the figure does not show.
     is_wrong: bool,
+    /// Pixels that the figure is a mean of, where their number matters.
+    pixels: Option<u64>,
     /// The figure in a sentence.
     what: String,
     /// Where it is; may be empty.
@@ -30,19 +34,13 @@ struct Measured {
 /// All figures that can be promised, each compared with its limit: here and nowhere else.
 pub(super) fn judged(report: &VerifyReport, promise: &Promise) -> Vec<Judged> {
     let whole = |n: Option<u64>| n.map(|n| n as f64);
-    let colour_bias = promise
-        .colour_bias
-        .filter(|_| is_judged(report.compared_pixels));
-    let stray_colours = promise
-        .stray_colours
-        .filter(|_| is_judged(report.interior_pixels));
     let limits = [
         whole(promise.gap_pixels),
         promise.parallax_px,
         whole(promise.phantom_pixels),
         whole(promise.back_pixels),
-        colour_bias,
-        stray_colours,
+        promise.colour_bias,
+        promise.stray_colours,
         promise.coverage_error,
         promise.coverage_change,
     ];
@@ -52,9 +50,16 @@ pub(super) fn judged(report: &VerifyReport, promise: &Promise) -> Vec<Judged> {
 
 fn judge(found: Measured, limit: Option<f64>) -> Judged {
     let Measured { figure, words, .. } = found;
-    let promised = limit.map_or(String::new(), |most| format!("at most {}", words(most)));
+    let is_enough = found.pixels.is_none_or(|pixels| pixels >= FEWEST_PIXELS);
+    let promised = match limit {
+        None => String::new(),
+        Some(_) if !is_enough => format!("not judged: fewer than {FEWEST_PIXELS} pixels"),
+        Some(most) => format!("at most {}", words(most)),
+    };
     // What is no number keeps no promise.
-    let is_kept = limit.is_none_or(|most| figure.abs() <= most && !found.is_wrong);
+    let keeps = |most: f64| figure.abs() <= most && !found.is_wrong;
+    let limit = limit.filter(|_| is_enough);
+    let is_kept = limit.is_none_or(keeps);
     let places = match found.places.as_str() {
         "" => String::new(),
         places => format!(": {places}"),
@@ -62,6 +67,7 @@ fn judge(found: Measured, limit: Option<f64>) -> Judged {
     Judged {
         name: found.name,
         measured: words(figure),
+        is_judged: limit.is_some(),
         broken: (!is_kept).then(|| format!("{}, promised {promised}{places}", found.what)),
         promised,
     }
@@ -77,6 +83,7 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
         figure,
         words,
         is_wrong: false,
+        pixels: None,
         what,
         places,
     };
@@ -98,6 +105,7 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
             figure: report.parallax_px,
             words: pixels,
             is_wrong: report.displaced_pixels > 0,
+            pixels: None,
             what: format!("a parallax of {:.3} pixels", report.parallax_px),
             places: format!(
                 "{} points are displaced by more{unmet}, {}",
@@ -117,29 +125,35 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
             report.back_pixels as f64,
             count,
             format!(
-                "{} pixels show backs of surfaces that are to be seen from their fronts",
+                "{} pixels show backs of surfaces whose fronts nobody in the view cell sees",
                 report.back_pixels
             ),
             places(&report.backs),
         ),
-        found(
-            "colour bias",
-            report.colour_bias,
-            levels,
-            format!("colours are off by ({r:+.2}, {g:+.2}, {b:+.2}) of 255 on average"),
-            String::new(),
-        ),
-        found(
-            "stray colours",
-            report.stray_colours,
-            percent,
-            format!(
-                "{:.4} % of the pixels inside of what is shown lie amidst stray colours, which the \
-                 original does not show near them",
-                report.stray_colours * 100.0
-            ),
-            places(&report.strays),
-        ),
+        Measured {
+            pixels: Some(report.compared_pixels),
+            ..found(
+                "colour bias",
+                report.colour_bias,
+                levels,
+                format!("colours are off by ({r:+.2}, {g:+.2}, {b:+.2}) of 255 on average"),
+                String::new(),
+            )
+        },
+        Measured {
+            pixels: Some(report.interior_pixels),
+            ..found(
+                "stray colours",
+                report.stray_colours,
+                percent,
+                format!(
+                    "{:.4} % of the pixels inside of what is shown lie amidst stray colours, which \
+                     the original does not show near them",
+                    report.stray_colours * 100.0
+                ),
+                places(&report.strays),
+            )
+        },
         found(
             "coverage error",
             report.coverage_error,
@@ -216,11 +230,9 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
     .collect()
 }
 
-/// Whether enough pixels were compared to judge colours: single pixels differ by some 30/255, in
-/// groups of about ten, so that of fewer the mean is not even known to 1/255.
-fn is_judged(pixels: u64) -> bool {
-    pixels >= 10_000
-}
+/// From how many pixels on colours are judged: single ones differ by some 30/255, in groups of
+/// about ten, so that of fewer the mean is not even known to 1/255.
+const FEWEST_PIXELS: u64 = 10_000;
 
 /// Where something was found, the first few.
 fn places(places: &[Place]) -> String {

@@ -15,9 +15,12 @@ pub struct VerifyReport {
     pub gap_pixels: u64,
     /// Pixels that only the impostor covers, far from the original, in all views together.
     pub phantom_pixels: u64,
-    /// Pixels that the impostor covers where of the original only the backs of single-sided surfaces
-    /// are, in all views together.
+    /// Pixels that the impostor covers where of the original there are only the backs of single-sided
+    /// surfaces whose fronts nobody in the view space sees, in all views together.
     pub back_pixels: u64,
+    /// Pixels that the impostor covers where of the original there are only the backs of single-sided
+    /// surfaces whose fronts are seen from elsewhere in the view space, in all views together.
+    pub behind_pixels: u64,
     /// Share of the original's pixels that the impostor misses, over all views.
     pub coverage_error: f64,
     /// The farthest that a point appears from where it is, in pixels.
@@ -82,8 +85,10 @@ pub struct VerifyReport {
     pub gaps: Vec<Place>,
     /// The first thousand phantoms.
     pub phantoms: Vec<Place>,
-    /// The first thousand pixels that show backs.
+    /// The first thousand pixels that show backs of what is seen from nowhere.
     pub backs: Vec<Place>,
+    /// The first thousand pixels that show from behind what is seen from elsewhere.
+    pub from_behind: Vec<Place>,
     /// The first thousand pixels in the midst of stray colours.
     pub strays: Vec<Place>,
     /// The first thousand points displaced by more than is promised.
@@ -162,6 +167,7 @@ pub(super) fn summarise(
         gap_pixels: totals.gap_pixels,
         phantom_pixels: totals.phantom_pixels,
         back_pixels: totals.back_pixels,
+        behind_pixels: totals.behind_pixels,
         coverage_error: totals.coverage.error(),
         parallax_px: totals.parallax.max(),
         flip_mean: built_in.then(|| totals.flip.mean()),
@@ -201,6 +207,7 @@ pub(super) fn summarise(
         gaps: totals.gaps.clone(),
         phantoms: totals.phantoms.clone(),
         backs: totals.backs.clone(),
+        from_behind: totals.from_behind.clone(),
         strays: totals.strays.clone(),
         displaced: totals.displaced.clone(),
     }

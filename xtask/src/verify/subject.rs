@@ -73,14 +73,14 @@ const NEAR: f64 = 8.0;
 impl MeshShape {
     fn new(body: &TdmBody, enlarged: f64, stack: &LayerStack, mesh: &Scene) -> Self {
         let projection = Projection::of(stack);
-        let triangles = triangles_in_world(mesh)
+        let triangles: Vec<_> = triangles_in_world(mesh)
             .map(|corners| corners.map(|point| projection.place(point)))
             .collect();
         Self {
             body: body.clone(),
             enlarged,
             projection,
-            points: NearestPoints::new(triangles),
+            points: NearestPoints::new(&triangles),
         }
     }
 

@@ -12,10 +12,15 @@ pub(super) fn promised_rows(report: &VerifyReport, judged: &[Judged]) -> Vec<Pro
         name: figure.name,
         measured: figure.measured.clone(),
         promised: figure.promised.clone(),
+        is_judged: figure.is_judged,
         kept: figure.broken.is_none(),
     });
     let plain = |n: f64| format!("{n:.4}");
     let others = [
+        (
+            "pixels seen from behind",
+            Some(format!("{}", report.behind_pixels)),
+        ),
         (
             "silhouettes, pixels",
             Some(pixels(report.spread.silhouette_px.max)),
@@ -29,6 +34,7 @@ pub(super) fn promised_rows(report: &VerifyReport, judged: &[Judged]) -> Vec<Pro
             name,
             measured: measured?,
             promised: String::new(),
+            is_judged: false,
             kept: true,
         })
     });

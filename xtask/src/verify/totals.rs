@@ -11,6 +11,7 @@ pub(super) struct Totals {
     pub(super) gap_pixels: u64,
     pub(super) phantom_pixels: u64,
     pub(super) back_pixels: u64,
+    pub(super) behind_pixels: u64,
     /// Surface points that are displaced by more than is promised.
     pub(super) displaced_pixels: u64,
     /// Surface points whose ray meets nothing of the impostor.
@@ -38,6 +39,8 @@ pub(super) struct Totals {
     pub(super) phantoms: Vec<Place>,
     /// The first pixels found that show backs.
     pub(super) backs: Vec<Place>,
+    /// The first pixels found that show from behind what others in the cell see the front of.
+    pub(super) from_behind: Vec<Place>,
     /// The first pixels found amidst stray colours.
     pub(super) strays: Vec<Place>,
     /// The first points found that are displaced by more than is promised.
@@ -77,6 +80,7 @@ impl Totals {
         self.gap_pixels += geometry.gaps.len() as u64;
         self.phantom_pixels += geometry.phantoms.len() as u64;
         self.back_pixels += geometry.backs.len() as u64;
+        self.behind_pixels += geometry.from_behind.len() as u64;
         self.displaced_pixels += geometry.parallax.above.len() as u64;
         self.unmet_pixels += geometry.parallax.unmet.len() as u64;
         self.coverage.covered += view.coverage.covered;
@@ -94,6 +98,7 @@ impl Totals {
         note(&mut self.gaps, view.view, &geometry.gaps);
         note(&mut self.phantoms, view.view, &geometry.phantoms);
         note(&mut self.backs, view.view, &geometry.backs);
+        note(&mut self.from_behind, view.view, &geometry.from_behind);
         note(&mut self.strays, view.view, &view.stray.stray);
         note(&mut self.displaced, view.view, &geometry.parallax.above);
         if self.dots.len() < MOST_DOTS {

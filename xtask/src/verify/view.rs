@@ -15,7 +15,7 @@ use farfield_metrics::{
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
 use farfield_scene::Scene;
 use farfield_views::Camera;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use std::cell::OnceCell;
 use std::ops::Range;
 
@@ -25,9 +25,12 @@ pub(super) struct Geometry {
     pub(super) gaps: Vec<[u32; 2]>,
     /// Pixels that only the impostor covers, far from the original.
     pub(super) phantoms: Vec<[u32; 2]>,
-    /// Pixels that the impostor covers where of the original only the backs of surfaces are, which
-    /// are to be seen from their fronts.
+    /// Pixels that the impostor covers where of the original only the backs of surfaces are whose
+    /// fronts nobody in the view cell sees.
     pub(super) backs: Vec<[u32; 2]>,
+    /// Pixels that the impostor covers where of the original only the backs of surfaces are whose
+    /// fronts are seen from elsewhere in the view cell.
+    pub(super) from_behind: Vec<[u32; 2]>,
     pub(super) parallax: ParallaxErrors,
 }
 
@@ -140,12 +143,13 @@ pub(super) fn geometry_holds(subject: &Subject<'_>, eye: DVec3, promise: &Promis
     let sight = Sight::new(subject, &camera, &original, &impostor);
     let within = |count: usize, most: Option<u64>| most.is_none_or(|most| count as u64 <= most);
     let is_where_it_should_be = || {
-        let alone = sight.alone();
+        let unseen = sight.unseen(&sight.alone());
         // Of either kind: there is none, or that is wrong already.
-        if alone.is_empty() || (promise.phantom_pixels, promise.back_pixels) == (Some(0), Some(0)) {
-            return alone.is_empty();
+        if unseen.is_empty() || (promise.phantom_pixels, promise.back_pixels) == (Some(0), Some(0))
+        {
+            return unseen.is_empty();
         }
-        let [phantoms, backs] = sight.phantoms_and_backs(alone);
+        let [phantoms, backs] = sight.phantoms_and_backs(unseen);
         within(phantoms.len(), promise.phantom_pixels) && within(backs.len(), promise.back_pixels)
     };
     within(sight.gaps().len(), promise.gap_pixels)
@@ -171,11 +175,16 @@ fn compare_geometry(
     impostor: &Visibility,
 ) -> Geometry {
     let sight = Sight::new(subject, camera, original, impostor);
-    let [phantoms, backs] = sight.phantoms_and_backs(sight.alone());
+    let alone = sight.alone();
+    let unseen = sight.unseen(&alone);
+    let from_behind = alone.into_iter().filter(|at| !unseen.contains(at));
+    let from_behind = from_behind.collect();
+    let [phantoms, backs] = sight.phantoms_and_backs(unseen);
     Geometry {
         gaps: sight.gaps(),
         phantoms,
         backs,
+        from_behind,
         parallax: sight.parallax(),
     }
 }
@@ -252,15 +261,20 @@ impl<'a> Sight<'a> {
         far_from(self.subject, self.camera, suspects, touched)
     }
 
-    /// Those of them that are far from anything, and those that show its back.
-    fn phantoms_and_backs(&self, alone: Vec<[u32; 2]>) -> [Vec<[u32; 2]>; 2] {
+    /// Those of them that are far from any surface whose front is turned to some place of the cell.
+    fn unseen(&self, alone: &[[u32; 2]]) -> Vec<[u32; 2]> {
+        far_from(self.subject, self.camera, alone.to_vec(), touched_from_cell)
+    }
+
+    /// Those of these that are far from anything, and those that show its back.
+    fn phantoms_and_backs(&self, unseen: Vec<[u32; 2]>) -> [Vec<[u32; 2]>; 2] {
         let phantoms = far_from(
             self.subject,
             self.camera,
-            alone.clone(),
+            unseen.clone(),
             touched_on_any_side,
         );
-        let backs = alone.into_iter().filter(|at| !phantoms.contains(at));
+        let backs = unseen.into_iter().filter(|at| !phantoms.contains(at));
         let backs = backs.collect();
         [phantoms, backs]
     }
@@ -448,7 +462,15 @@ pub(super) fn in_tiles(
 
 /// The pixels that anything of the original touches, hidden or not.
 fn touched(subject: &Subject<'_>, camera: &Camera) -> BitMask {
-    touched_by(&subject.before(camera), subject, camera)
+    let eye = [camera.pose.eye.extend(1.0)];
+    touched_by(&subject.before(camera), subject, camera, &eye)
+}
+
+/// The pixels that anything of the original touches whose front is turned to some place of the view
+/// cell, to the camera or not.
+fn touched_from_cell(subject: &Subject<'_>, camera: &Camera) -> BitMask {
+    let corners = subject.cell.corners();
+    touched_by(&subject.in_picture(camera), subject, camera, &corners)
 }
 
 /// The pixels that anything of the original touches or would, were all of it seen from both sides.
@@ -457,16 +479,18 @@ fn touched_on_any_side(subject: &Subject<'_>, camera: &Camera) -> BitMask {
     for material in &mut scene.materials {
         material.double_sided = true;
     }
-    touched_by(&scene, subject, camera)
+    let eye = [camera.pose.eye.extend(1.0)];
+    touched_by(&scene, subject, camera, &eye)
 }
 
-fn touched_by(scene: &Scene, subject: &Subject<'_>, camera: &Camera) -> BitMask {
+/// The pixels that what of a scene is turned to one of some corners touches.
+fn touched_by(scene: &Scene, subject: &Subject<'_>, camera: &Camera, corners: &[DVec4]) -> BitMask {
     let everything = record(
         scene,
         subject.original.textures,
         camera,
         &[0.0, f64::INFINITY],
-        &[camera.pose.eye.extend(1.0)],
+        corners,
         Foliage::Any,
     );
     everything.masks(0, camera.width, camera.height).opaque

@@ -32,6 +32,7 @@ pub(super) fn picture(subject: &Subject<'_>, view: &ViewFigures) -> ViewPictures
     let all = [
         (&view.stray.stray, STRAY),
         (&geometry.parallax.above, DISPLACED),
+        (&geometry.from_behind, BACK),
         (&geometry.backs, BACK),
         (&geometry.phantoms, PHANTOM),
         (&geometry.gaps, GAP),
