@@ -20,11 +20,10 @@ const NONE: u32 = u32::MAX;
 /// a corner of the nearer layer, within a texel of the surface's border.
 /// (Jeschke, 2005, section 4.4, uses twelve rules, four vertices a voxel, and walls to all sides.)
 ///
-/// The mesh is a manifold with borders: edges have one or two triangles, and those around a vertex are
-/// a fan. Where voxels touch in an edge only and lines pass on both sides, each side has its own
-/// surface, with vertices of its own in the same place, unless they are joined at both ends of it. Two voxels side by side, of which both
-/// are seen, are touched by triangles that share an edge. Vertices lie where voxels meet, so there
-/// are no T-vertices.
+/// Two voxels side by side, of which both are seen, are touched by triangles that share an edge.
+/// Vertices lie where voxels meet, so there are no T-vertices. Mostly an edge has two triangles, or one
+/// on a border; where a surface is seen from both sides and ends, or voxels touch in an edge only,
+/// it can have more. Voxels that touch in a corner only have vertices of their own there.
 ///
 /// Vertices are placed in the midst of the surface points that the voxels around them have: so what is
 /// flat is flat in the mesh, and not a flight of steps. Those on borders stay at corners of voxels,
@@ -72,8 +71,6 @@ struct Face {
     corners: [[u32; 3]; 4],
     /// The voxel at each corner, one in all of a front or a back, and two in a wall.
     voxels: [u32; 4],
-    /// Where lines pass that meet it: in which column, between the layer before this one and it.
-    passed: [u32; 3],
 }
 
 /// The voxels of a layer, with a border of none.
@@ -178,7 +175,6 @@ fn front(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
     between.is_passed(at, false).then(|| Face {
         corners: SIDES.map(|(_, [from, _])| corner(at, from, layer)),
         voxels: [between.pair(at)[1]; 4],
-        passed: corner(at, [0, 0], layer),
     })
 }
 
@@ -197,7 +193,6 @@ fn walls(between: &Between<'_>, at: [i32; 2]) -> impl Iterator<Item = Face> {
                 corner(at, to, layer),
             ],
             voxels: [nearer, nearer, voxel, voxel],
-            passed: [beside[0] as u32, beside[1] as u32, layer],
         })
     })
 }
@@ -213,8 +208,7 @@ fn back(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
         Face {
             corners,
             voxels: [between.pair(at)[0]; 4],
-            passed: corner(at, [0, 0], layer),
-        }
+            }
     })
 }
 
@@ -222,11 +216,10 @@ fn back(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
 fn corners(faces: &[Face]) -> Vec<[u32; 4]> {
     let mut joined: Vec<u32> = (0..4 * faces.len() as u32).collect();
     for edges in edges(faces).chunk_by(|a, b| a.ends == b.ends) {
-        for pair in pairs(edges) {
-            // One runs against the other.
-            let [a, b] = pair.map(|edge| [edge.face * 4 + edge.side, edge.face * 4 + (edge.side + 1) % 4]);
-            join(&mut joined, a[0], b[1]);
-            join(&mut joined, a[1], b[0]);
+        for edge in &edges[1..] {
+            for i in 0..2 {
+                join(&mut joined, edges[0].corners[i], edge.corners[i]);
+            }
         }
     }
     let mut numbers = vec![NONE; joined.len()];
@@ -247,51 +240,29 @@ fn corners(faces: &[Face]) -> Vec<[u32; 4]> {
 }
 
 /// A side of a face.
-#[derive(Clone, Copy)]
 struct Edge {
-    /// The lesser corner first.
+    /// Corners of the grid, the lesser first.
     ends: [[u32; 3]; 2],
-    face: u32,
-    /// From this corner to the next.
-    side: u32,
-    /// Of the face.
-    passed: [u32; 3],
+    /// Which corner of all faces is at each of the ends.
+    corners: [u32; 2],
 }
 
 /// All sides of all faces, equal ones beside each other.
 fn edges(faces: &[Face]) -> Vec<Edge> {
-    let mut edges: Vec<Edge> = (0..)
-        .zip(faces)
-        .flat_map(|(face, Face { corners, passed, .. })| {
-            [0, 1, 2, 3].map(|side| {
-                let ends = [corners[side as usize], corners[(side as usize + 1) % 4]];
-                Edge {
-                    ends: [ends[0].min(ends[1]), ends[0].max(ends[1])],
-                    face,
-                    side,
-                    passed: *passed,
-                }
-            })
+    let of_face = |(face, one): (u32, &Face)| {
+        [0, 1, 2, 3].map(|side| {
+            let next = (side + 1) % 4;
+            let ends = [side, next].map(|i| (one.corners[i], 4 * face + i as u32));
+            let ends = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+            Edge {
+                ends: ends.map(|end| end.0),
+                corners: ends.map(|end| end.1),
+            }
         })
-        .collect();
-    edges.sort_unstable_by_key(|edge| (edge.ends, edge.passed, edge.face));
+    };
+    let mut edges: Vec<Edge> = (0..).zip(faces).flat_map(of_face).collect();
+    edges.sort_unstable_by_key(|edge| (edge.ends, edge.corners));
     edges
-}
-
-/// Which of the faces at an edge are neighbours: those that are met from the same column, then the two
-/// that are left.
-fn pairs(edges: &[Edge]) -> Vec<[Edge; 2]> {
-    let (mut pairs, mut left) = (Vec::new(), Vec::new());
-    for edge in edges {
-        match left.iter().position(|other: &Edge| other.passed == edge.passed) {
-            Some(other) => pairs.push([left.remove(other), *edge]),
-            None => left.push(*edge),
-        }
-    }
-    if let [a, b] = left[..] {
-        pairs.push([a, b]);
-    }
-    pairs
 }
 
 /// Where voxels meet: places of the vertices at corners of voxels, in the middle of their layers.
@@ -510,36 +481,37 @@ mod tests {
             }
         }
 
-        /// Edges have one or two triangles, which run along them in opposite directions, and the
-        /// triangles around a vertex are one fan.
+        /// What shares an edge in the grid shares it in the mesh, and the triangles around a vertex hang
+        /// together over edges.
         #[test]
-        fn the_mesh_is_a_manifold(blob in blobs()) {
+        fn triangles_hang_together_over_edges(blob in blobs()) {
+            let faces = faces(&blob.layers());
+            let corners = corners(&faces);
+            let mut of_edge = BTreeMap::new();
+            for (face, vertices) in faces.iter().zip(&corners) {
+                for i in 0..4 {
+                    let next = (i + 1) % 4;
+                    let mut edge = [(face.corners[i], vertices[i]), (face.corners[next], vertices[next])];
+                    edge.sort_unstable();
+                    let in_grid = edge.map(|end| end.0);
+                    let in_mesh = edge.map(|end| end.1);
+                    prop_assert_eq!(*of_edge.entry(in_grid).or_insert(in_mesh), in_mesh);
+                }
+            }
             let mesh = initial_mesh(&blob.layers(), &blob.centers(), 1.5);
-            // Two surfaces that touch in an edge and are joined at both of its ends.
-            let edges = edges(&mesh);
-            let joined: Vec<u32> = edges.iter()
-                .filter(|(_, count)| **count > 2)
-                .flat_map(|(edge, _)| *edge)
-                .collect();
-            let mut arrows = std::collections::BTreeSet::new();
             let mut around = vec![Vec::new(); mesh.positions.len()];
             for t in &mesh.triangles {
                 for i in 0..3 {
-                    let arrow = [t[i], t[(i + 1) % 3]];
-                    prop_assert!(arrows.insert(arrow) || arrow.iter().all(|v| joined.contains(v)));
                     around[t[i] as usize].push([t[(i + 1) % 3], t[(i + 2) % 3]]);
                 }
             }
-            let around = around.into_iter().enumerate();
-            let around = around.filter(|(v, _)| !joined.contains(&(*v as u32)));
-            for (_, mut arrows) in around {
-                prop_assert!(!arrows.is_empty());
-                let mut fan = arrows.swap_remove(0);
-                while let Some(next) = arrows.iter().position(|[a, b]| *a == fan[1] || *b == fan[0]) {
-                    let [a, b] = arrows.swap_remove(next);
-                    fan = if a == fan[1] { [fan[0], b] } else { [a, fan[1]] };
+            for mut apart in around {
+                prop_assert!(!apart.is_empty());
+                let mut together: Vec<u32> = apart.swap_remove(0).into();
+                while let Some(next) = apart.iter().position(|pair| pair.iter().any(|v| together.contains(v))) {
+                    together.extend(apart.swap_remove(next));
                 }
-                prop_assert!(arrows.is_empty(), "a vertex has two fans");
+                prop_assert!(apart.is_empty(), "triangles at a vertex are apart");
             }
         }
     }
@@ -562,16 +534,5 @@ mod tests {
         assert_eq!(characteristic, 1);
         let inner = mesh.positions.iter().filter(|p| p.y > 0.0 && p.y < 4.0 && p.x > 1.0 && p.x < 5.0);
         inner.for_each(|p| assert!((p.x - p.z).abs() < 1e-5, "{p}"));
-    }
-
-    /// Two columns that touch in an edge, passed on both sides: behind their fronts, each side has a
-    /// surface of its own.
-    #[test]
-    fn what_touches_in_an_edge_only_has_a_surface_on_each_side() {
-        let blob = Blob::of(3, |x, y, _| (x, y) == (2, 2) || (x, y) == (3, 3));
-        let mesh = initial_mesh(&blob.layers(), &blob.centers(), 1.5);
-        assert!(edges(&mesh).values().all(|count| *count <= 2));
-        let doubled = |p: &&Vec3| (p.x, p.y) == (3.0, 3.0);
-        assert_eq!(mesh.positions.iter().filter(doubled).count(), 5);
     }
 }

@@ -1,5 +1,6 @@
 //! Simplification by edge contraction that loses no voxel.
 
+use crate::mesh::{join, root};
 use crate::near::VoxelIndex;
 use crate::touch::{Target, interval_in_box};
 use crate::{Cuboid, Mesh, VoxelLayers};
@@ -24,9 +25,9 @@ pub struct Simplified {
 /// A contraction moves one end of an edge to the other, which stays where it is. It is made if the
 /// triangles around it still touch all voxels that they stood for, each enlarged about its centre by
 /// `enlarged`; none of them turns by a right angle or more, or vanishes; and the mesh stays of one
-/// piece, with the holes it had. Vertices where an edge has three triangles or more stay.
+/// piece, with the holes it had.
 ///
-/// A vertex on a border moves only along the border. The border that it leaves behind must lie in
+/// A vertex on a border, or on a seam where three surfaces or more meet, moves only along it. The border that it leaves behind must lie in
 /// enlarged voxels as a whole, so that it never reaches across what is empty, and pass the vertices
 /// that the border had there at first within half an enlarged voxel, so that it does not shrink by
 /// more (the paper has the first rule only).
@@ -97,10 +98,11 @@ struct Work {
 enum Surroundings {
     /// All around.
     Inside,
-    /// From one border edge to another; the vertices at the other ends of these.
-    Border([u32; 2]),
-    /// In several fans, or an edge has more than two triangles.
-    Tangled,
+    /// It lies on a line of edges that do not have two triangles: a border, or a seam of several
+    /// surfaces. The vertices before and behind it on the line.
+    Line([u32; 2]),
+    /// Anything else: a corner of such lines, or surfaces that touch in it.
+    Corner,
 }
 
 impl Work {
@@ -180,54 +182,67 @@ impl Work {
     }
 
     fn surroundings(&self, vertex: u32) -> Surroundings {
-        // From each triangle an arrow between its other two vertices, in its direction.
-        let arrow = |t: &u32| {
-            let t = self.triangle(*t);
-            let at = t.iter().position(|v| *v == vertex).unwrap_or(0);
-            [t[(at + 1) % 3], t[(at + 2) % 3]]
-        };
-        let mut arrows: Vec<[u32; 2]> = self.around[vertex as usize].iter().map(arrow).collect();
-        arrows.sort_unstable();
-        let mut ends: Vec<u32> = arrows.iter().map(|arrow| arrow[1]).collect();
-        ends.sort_unstable();
-        let is_twice = |pair: &[u32]| pair[0] == pair[1];
-        let twice_from = arrows.windows(2).any(|pair| pair[0][0] == pair[1][0]);
-        if arrows.is_empty() || twice_from || ends.windows(2).any(is_twice) {
-            return Surroundings::Tangled;
+        // The other two vertices of each triangle, by vertices.
+        let mut beside: Vec<(u32, u32)> = Vec::new();
+        for (i, t) in (0..).zip(&self.around[vertex as usize]) {
+            let others = self.triangle(*t).into_iter().filter(|v| *v != vertex);
+            beside.extend(others.map(|v| (v, i)));
         }
-        // Where nothing leads to is a border's beginning.
-        let mut starts = arrows.iter().map(|arrow| arrow[0]);
-        let beginning = starts.find(|v| ends.binary_search(v).is_err());
-        let start = beginning.unwrap_or(arrows[0][0]);
-        let (mut at, mut count) = (start, 0);
-        while let Ok(next) = arrows.binary_search_by_key(&at, |arrow| arrow[0]) {
-            (at, count) = (arrows[next][1], count + 1);
-            if at == start {
-                break;
+        beside.sort_unstable();
+        let mut joined: Vec<u32> = (0..self.around[vertex as usize].len() as u32).collect();
+        let mut ends = Vec::new();
+        let mut at_ends = Vec::new();
+        for at_edge in beside.chunk_by(|a, b| a.0 == b.0) {
+            match at_edge {
+                [(_, a), (_, b)] => join(&mut joined, *a, *b),
+                [(v, _), ..] => {
+                    ends.push(*v);
+                    at_ends.extend(at_edge.iter().map(|(_, i)| *i));
+                }
+                [] => {}
             }
         }
-        match (count == arrows.len(), beginning) {
-            (false, _) => Surroundings::Tangled,
-            (true, None) => Surroundings::Inside,
-            (true, Some(_)) => Surroundings::Border([start, at]),
+        let count = joined.len() as u32;
+        let mut roots: Vec<u32> = (0..count).map(|i| root(&mut joined, i)).collect();
+        roots.sort_unstable();
+        roots.dedup();
+        match ends[..] {
+            [] if roots.len() == 1 => Surroundings::Inside,
+            [a, b] => {
+                // Each surface lies between the two; none touches only the vertex.
+                let mut reached: Vec<u32> =
+                    at_ends.iter().map(|i| root(&mut joined, *i)).collect();
+                reached.sort_unstable();
+                reached.dedup();
+                match reached == roots {
+                    true => Surroundings::Line([a, b]),
+                    false => Surroundings::Corner,
+                }
+            }
+            _ => Surroundings::Corner,
         }
     }
 
     /// Moves vertex `gone` to `kept`, if nothing is lost by it.
     fn contract(&mut self, gone: u32, kept: u32) -> bool {
         let border = match self.surroundings(gone) {
-            Surroundings::Tangled => return false,
             Surroundings::Inside => None,
-            Surroundings::Border(ends) if ends.contains(&kept) => {
+            Surroundings::Line(ends) if ends.contains(&kept) => {
                 Some(if ends[0] == kept { ends[1] } else { ends[0] })
             }
-            Surroundings::Border(_) => return false,
+            Surroundings::Line(_) | Surroundings::Corner => return false,
         };
         let around = &self.around[gone as usize];
         let (vanishing, moving): (Vec<u32>, Vec<u32>) = around
             .iter()
             .partition(|t| self.triangle(**t).contains(&kept));
-        if moving.is_empty() && vanishing.len() == self.around[kept as usize].len() {
+        // What would lose its last triangle stays.
+        let loses_all = |v: u32| {
+            let around = &self.around[v as usize];
+            v != gone && around.iter().all(|t| vanishing.contains(t))
+        };
+        let mut at_vanishing = vanishing.iter().flat_map(|t| self.triangle(*t));
+        if at_vanishing.any(loses_all) {
             return false;
         }
         let to = |v: u32| if v == gone { kept } else { v };
@@ -488,13 +503,25 @@ mod tests {
         layers
     }
 
+    /// What lies before the last voxel of each column.
+    fn reached(side: u16, layers: &[Vec<[u16; 2]>]) -> Vec<BitMask> {
+        let mut reached = vec![BitMask::empty(side.into(), side.into()); layers.len()];
+        for (l, layer) in layers.iter().enumerate() {
+            for [x, y] in layer {
+                let before = reached[..=l].iter_mut();
+                before.for_each(|mask| mask.insert((*x).into(), (*y).into()));
+            }
+        }
+        reached
+    }
+
     fn simplified(side: u16, layers: &[Vec<[u16; 2]>]) -> (usize, usize) {
         let borders: Vec<f32> = (0..=layers.len()).map(|l| l as f32).collect();
         let voxels = VoxelLayers {
             width: side.into(),
             height: side.into(),
             layers,
-            reached: &vec![BitMask::full(side.into(), side.into()); layers.len()],
+            reached: &reached(side, layers),
             borders: &borders,
         };
         let centers: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
