@@ -15,10 +15,12 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// The one of the least area that holds a convex `hull` of `density` texels per unit and
-    /// `gutter` texels around it. One of its sides is flush with an edge of the hull (H. Freeman
-    /// and R. Shapira, *Determining the minimum-area encasing rectangle for an arbitrary closed
-    /// curve*, 1975), which a gutter does not change.
+    /// The tightest that holds a convex `hull` of `density` texels per unit, and `gutter` texels
+    /// around it.
+    ///
+    /// One of its sides is flush with an edge of the hull: while none is, two or four corners of the
+    /// hull touch the sides, width and height are those of these corners' diagonals, and turning
+    /// one way or the other makes the rectangle smaller.
     pub(super) fn around(hull: &[DVec2], density: f64, gutter: u32) -> Self {
         let next = hull.iter().cycle().skip(1);
         let edges = hull
@@ -77,8 +79,12 @@ impl Rectangle {
 /// By how much a side may be shorter than what is in it, in texels, lest rounding costs a column.
 pub(super) const ROUNDING: f64 = 1e-3;
 
-/// The corners of the convex hull of points, counter-clockwise where y runs up (A. Andrew, *Another
-/// efficient algorithm for convex hulls in two dimensions*, 1979).
+/// How far corners may be off a straight line, in units of the warped grid, for not being any: what
+/// is rounded would else make many corners of one side of stairs.
+const STRAIGHT: f64 = 1e-9;
+
+/// The corners of the convex hull of points: from the least x to the most along one side, and back
+/// along the other.
 pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
@@ -87,7 +93,7 @@ pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     }
     let mut chain: Vec<DVec2> = Vec::with_capacity(points.len() + 1);
     let turns = |chain: &[DVec2], point: DVec2| match *chain {
-        [.., a, b] => (b - a).perp_dot(point - b) > 0.0,
+        [.., a, b] => (b - a).perp_dot(point - b) > STRAIGHT * a.distance(b),
         _ => true,
     };
     for point in &points {
