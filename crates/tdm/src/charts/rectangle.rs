@@ -79,10 +79,6 @@ impl Rectangle {
 /// By how much a side may be shorter than what is in it, in texels, lest rounding costs a column.
 pub(super) const ROUNDING: f64 = 1e-3;
 
-/// How far corners may be off a straight line, in units of the warped grid, for not being any: what
-/// is rounded would else make many corners of one side of stairs.
-const STRAIGHT: f64 = 1e-9;
-
 /// The corners of the convex hull of points: from the least x to the most along one side, and back
 /// along the other.
 pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
@@ -93,7 +89,7 @@ pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     }
     let mut chain: Vec<DVec2> = Vec::with_capacity(points.len() + 1);
     let turns = |chain: &[DVec2], point: DVec2| match *chain {
-        [.., a, b] => (b - a).perp_dot(point - b) > STRAIGHT * a.distance(b),
+        [.., a, b] => (b - a).perp_dot(point - b) > 0.0,
         _ => true,
     };
     for point in &points {
