@@ -108,3 +108,47 @@ pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     chain.pop();
     chain
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Points of a grid, many of them in line but for what is rounded.
+    fn points() -> impl Strategy<Value = Vec<DVec2>> {
+        let point = (0..6i32, 0..9i32, -9..9i32, -9..9i32).prop_map(|(x, y, i, j)| {
+            let rounded = DVec2::new(f64::from(i), f64::from(j)) * 1e-15;
+            DVec2::new(f64::from(x), f64::from(y)) + rounded
+        });
+        prop::collection::vec(point, 1..20)
+    }
+
+    proptest! {
+        /// All points are in the rectangle, the gutter off its sides; no other direction gives a
+        /// smaller one, each side of it up to a texel longer for whole texels.
+        #[test]
+        fn the_tightest_holds_all_points(
+            points in points(),
+            density in 0.5..3.0,
+            gutter in 0..4u32,
+        ) {
+            let found = Rectangle::around(&hull(points.clone()), density, gutter);
+            let size = DVec2::from(found.size.map(f64::from));
+            for point in &points {
+                let place = found.place(*point);
+                let inside = place.min(size - place).min_element();
+                prop_assert!(inside >= f64::from(gutter) - ROUNDING, "{inside} from a side");
+            }
+            for degrees in 0..90 {
+                let along = DVec2::from_angle(f64::from(degrees).to_radians());
+                let turned = points.iter().map(|p| DVec2::new(along.dot(*p), along.perp_dot(*p)));
+                let (least, most) = turned.fold(
+                    (DVec2::INFINITY, DVec2::NEG_INFINITY),
+                    |(least, most), p| (least.min(p), most.max(p)),
+                );
+                let sides = (most - least) * density + 1.0 + 2.0 * f64::from(gutter);
+                prop_assert!(found.area() as f64 <= sides.x * sides.y + 1e-6);
+            }
+        }
+    }
+}
