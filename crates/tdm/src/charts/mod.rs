@@ -42,7 +42,7 @@ pub struct Chart {
 /// has, become one chart as long as its rectangle has no more texels than theirs have together,
 /// gutters included; what saves most comes first.
 ///
-/// The same mesh gives the same charts, by their first triangles. Takes about ten microseconds per
+/// The same mesh gives the same charts, by their first triangles. Takes some ten microseconds per
 /// triangle.
 ///
 /// * `positions` - in the warped grid, or any other space

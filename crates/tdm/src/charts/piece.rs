@@ -72,7 +72,7 @@ const STEPS: u32 = 9;
 ///
 /// The faces of a voxel are at 54.7 degrees to a plane across its diagonal, so stairs in whatever
 /// direction can be one chart. Farther on, what the whole chart grows by for the tilted triangle's
-/// sake hardly ever pays: without a limit there are one or two charts fewer in a hundred.
+/// sake hardly ever pays: without a limit there are up to four charts fewer in a hundred.
 pub(super) const LEAST_COSINE: f64 = 0.5;
 
 /// Triangles that are connected, and do not overlap seen along the axis of a plane.

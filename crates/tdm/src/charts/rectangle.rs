@@ -15,10 +15,12 @@ pub(super) struct Rectangle {
 }
 
 impl Rectangle {
-    /// The one of the least area that holds a convex `hull` of `density` texels per unit and
-    /// `gutter` texels around it. One of its sides is flush with an edge of the hull (H. Freeman
-    /// and R. Shapira, *Determining the minimum-area encasing rectangle for an arbitrary closed
-    /// curve*, 1975), which a gutter does not change.
+    /// The tightest that holds a convex `hull` of `density` texels per unit, and `gutter` texels
+    /// around it.
+    ///
+    /// One of its sides is flush with an edge of the hull: while none is, two or four corners of the
+    /// hull touch the sides, width and height are those of these corners' diagonals, and turning
+    /// one way or the other makes the rectangle smaller.
     pub(super) fn around(hull: &[DVec2], density: f64, gutter: u32) -> Self {
         let next = hull.iter().cycle().skip(1);
         let edges = hull
@@ -77,8 +79,8 @@ impl Rectangle {
 /// By how much a side may be shorter than what is in it, in texels, lest rounding costs a column.
 pub(super) const ROUNDING: f64 = 1e-3;
 
-/// The corners of the convex hull of points, counter-clockwise where y runs up (A. Andrew, *Another
-/// efficient algorithm for convex hulls in two dimensions*, 1979).
+/// The corners of the convex hull of points: from the least x to the most along one side, and back
+/// along the other.
 pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
@@ -105,4 +107,48 @@ pub(super) fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     }
     chain.pop();
     chain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Points of a grid, many of them in line but for what is rounded.
+    fn points() -> impl Strategy<Value = Vec<DVec2>> {
+        let point = (0..6i32, 0..9i32, -9..9i32, -9..9i32).prop_map(|(x, y, i, j)| {
+            let rounded = DVec2::new(f64::from(i), f64::from(j)) * 1e-15;
+            DVec2::new(f64::from(x), f64::from(y)) + rounded
+        });
+        prop::collection::vec(point, 1..20)
+    }
+
+    proptest! {
+        /// All points are in the rectangle, the gutter off its sides; no other direction gives a
+        /// smaller one, each side of it up to a texel longer for whole texels.
+        #[test]
+        fn the_tightest_holds_all_points(
+            points in points(),
+            density in 0.5..3.0,
+            gutter in 0..4u32,
+        ) {
+            let found = Rectangle::around(&hull(points.clone()), density, gutter);
+            let size = DVec2::from(found.size.map(f64::from));
+            for point in &points {
+                let place = found.place(*point);
+                let inside = place.min(size - place).min_element();
+                prop_assert!(inside >= f64::from(gutter) - ROUNDING, "{inside} from a side");
+            }
+            for degrees in 0..90 {
+                let along = DVec2::from_angle(f64::from(degrees).to_radians());
+                let turned = points.iter().map(|p| DVec2::new(along.dot(*p), along.perp_dot(*p)));
+                let (least, most) = turned.fold(
+                    (DVec2::INFINITY, DVec2::NEG_INFINITY),
+                    |(least, most), p| (least.min(p), most.max(p)),
+                );
+                let sides = (most - least) * density + 1.0 + 2.0 * f64::from(gutter);
+                prop_assert!(found.area() as f64 <= sides.x * sides.y + 1e-6);
+            }
+        }
+    }
 }

@@ -202,4 +202,20 @@ mod tests {
             }
         }
     }
+
+    /// Centres on the edge between two triangles are told once, without any gutter.
+    #[test]
+    fn centres_on_edges_are_told_once() {
+        let [a, b, c, d] = [[0.0, 0.0], [0.0, 8.0], [8.0, 8.0], [8.0, 0.0]].map(Vec2::from);
+        let chart = Chart {
+            triangles: vec![3, 5],
+            corners: vec![[a, b, c], [a, c, d]],
+            width: 8,
+            height: 8,
+        };
+        let found = chart.texels(0);
+        assert_eq!(found.len(), 64);
+        let on_edge = found.iter().filter(|texel| texel.x == texel.y);
+        assert!(on_edge.clone().count() == 8 && on_edge.clone().all(|texel| texel.triangle == 3));
+    }
 }
