@@ -196,7 +196,7 @@ impl Work {
             match at_edge {
                 [(_, a), (_, b)] => join(&mut joined, *a, *b),
                 [(v, _), ..] => {
-                    ends.push(*v);
+                    ends.push((*v, at_edge.len()));
                     at_ends.extend(at_edge.iter().map(|(_, i)| *i));
                 }
                 [] => {}
@@ -208,7 +208,7 @@ impl Work {
         roots.dedup();
         match ends[..] {
             [] if roots.len() == 1 => Surroundings::Inside,
-            [a, b] => {
+            [(a, of_a), (b, of_b)] if of_a == of_b => {
                 // Each surface lies between the two; none touches only the vertex.
                 let mut reached: Vec<u32> =
                     at_ends.iter().map(|i| root(&mut joined, *i)).collect();
@@ -239,7 +239,8 @@ impl Work {
         // What would lose its last triangle stays.
         let loses_all = |v: u32| {
             let around = &self.around[v as usize];
-            v != gone && around.iter().all(|t| vanishing.contains(t))
+            let gains = v == kept && !moving.is_empty();
+            v != gone && !gains && around.iter().all(|t| vanishing.contains(t))
         };
         let mut at_vanishing = vanishing.iter().flat_map(|t| self.triangle(*t));
         if at_vanishing.any(loses_all) {
@@ -253,6 +254,14 @@ impl Work {
             if after.length_squared() < SMALLEST || before.dot(after) <= 0.0 {
                 return false;
             }
+        }
+        let is_there = |moved: &[u32; 3]| {
+            let around = self.around[kept as usize].iter();
+            let mut others = around.map(|t| self.triangle(*t));
+            others.any(|other| other.iter().all(|v| moved.contains(v)))
+        };
+        if moved.iter().any(is_there) {
+            return false;
         }
         let ring = self.neighbors(gone);
         let before = self.neighbors(kept);
