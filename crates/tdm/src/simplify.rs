@@ -155,6 +155,11 @@ impl Work {
             };
             edges.extend(stuck.iter().filter(|one| may_succeed(one)).map(|one| one.0));
         }
+        if std::env::var_os("DBG").is_some() {
+            let mut n = [0; 4];
+            for v in 0..self.positions.len() as u32 { if !self.around[v as usize].is_empty() { match self.surroundings(v) { Surroundings::Inside => n[0] += 1, Surroundings::Line(_) => n[1] += 1, Surroundings::Corner => n[2] += 1 } } }
+            eprintln!("inside line corner {n:?} triangles {}", self.triangles.iter().flatten().count());
+        }
         [contracted, refused]
     }
 
@@ -281,6 +286,9 @@ impl Work {
         let Some(divided) = self.divided(around, &moved) else {
             return false;
         };
+        if !moved.iter().all(|t| self.is_in_voxels(self.corners(*t))) {
+            return false;
+        }
 
         if let (Some(end), Some(passed)) = (border, passed) {
             for v in [kept, end] {
@@ -374,6 +382,24 @@ impl Work {
             let from = *place - a;
             let share = (from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
             from.distance_squared(along * share) <= most
+        })
+    }
+
+    /// Whether a triangle lies in enlarged voxels, as far as places about a voxel apart can tell.
+    fn is_in_voxels(&self, [a, b, c]: [Vec3; 3]) -> bool {
+        let steps = |from: Vec3, to: Vec3| (to - from).abs().max_element().ceil().max(1.0) as u32;
+        let across = steps(a, b);
+        (0..=across).all(|i| {
+            let from = a.lerp(b, i as f32 / across as f32);
+            let along = steps(from, c);
+            (0..along).all(|j| self.is_in_voxel(from.lerp(c, j as f32 / along as f32)))
+        })
+    }
+
+    fn is_in_voxel(&self, place: Vec3) -> bool {
+        self.index.near(place, self.reach + ROUNDING.sqrt()).any(|(id, center)| {
+            let reach = self.boxes[id as usize].half + ROUNDING.sqrt();
+            (place - center).abs().cmple(reach).all()
         })
     }
 
