@@ -9,10 +9,13 @@ use farfield_grid::BitMask;
 use farfield_layers::{
     Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view_of_hull, stack,
 };
-use farfield_sampling::{Foliage, Recording, Sample, Textures, record, seen_bounds};
+use farfield_sampling::{
+    Foliage, Recording, Sample, Textures, rasterize, record, seen_bounds,
+};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// What an impostor is made for.
@@ -96,6 +99,36 @@ pub fn record_layers(
     let (borders, corners) = (stack.borders(), cell.corners());
     record(scene, textures, &camera, &borders, &corners, foliage)
 }
+
+/// Whether a camera in the view cell sees the back of anything that is to be seen from its front only, as
+/// far as its corners and the middles of its edges and faces tell.
+pub fn shows_backs(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    cell: &ViewCell,
+    hull: &[DVec3; 8],
+    camera: &PromisedCamera,
+) -> bool {
+    let is_one_sided = |m: &u32| !scene.materials[*m as usize].double_sided;
+    if !scene.triangle_materials.iter().any(is_one_sided) {
+        return false;
+    }
+    let mut both_sides = scene.clone();
+    for material in &mut both_sides.materials {
+        material.double_sided = true;
+    }
+    let center = hull.iter().sum::<DVec3>() / hull.len() as f64;
+    (0..LOOKED_FROM).into_par_iter().any(|index| {
+        let eye = cell.viewpoint(index, 0);
+        let camera = Camera::looking_at(eye, center, camera.fov, camera.resolution);
+        let [fronts, all] =
+            [scene, &both_sides].map(|scene| rasterize(scene, textures, &camera).depth);
+        fronts.cells() != all.cells()
+    })
+}
+
+/// Viewpoints of a cell that are its corners, and the middles of edges, faces and all.
+const LOOKED_FROM: u64 = 27;
 
 /// What is left of a recording when texels that no view of the cell can see are removed, front to
 /// back.

@@ -3,7 +3,7 @@
 
 use super::Baked;
 use super::recording::{
-    Settings, description, place, reached, record_layers, recording_camera, visible,
+    Settings, description, place, reached, record_layers, recording_camera, shows_backs, visible,
 };
 use crate::console::Console;
 use crate::dump::{self, Recorded};
@@ -50,7 +50,13 @@ pub(super) fn bake(
     let (width, height) = (stack.width, stack.height);
     let camera = recording_camera(&stack);
     let recording = console.stage("record", || {
-        record_layers(scene, textures, &stack, &settings.cell, settings.foliage)
+        let Settings { cell, hull, camera, .. } = settings;
+        let mut recording = record_layers(scene, textures, &stack, cell, settings.foliage);
+        // Nobody looks through a back from behind, so whoever could has been stopped before.
+        if !shows_backs(scene, textures, cell, hull, camera) {
+            recording.samples.iter_mut().for_each(|sample| sample.occludes = true);
+        }
+        recording
     });
     let (reached, visible) = console.stage("cull", || {
         let reached = widened(&recording, reached(&recording, width, height));
