@@ -242,10 +242,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 
     let too_small = texels_too_small(baked.iter().map(|one| one.smallest_texel));
     let blended = blended_as_masked(scene);
-    let foliage = match options.foliage {
-        Foliage::Any => farfield_bundle::Foliage::Any,
-        Foliage::Centre => farfield_bundle::Foliage::Centre,
-    };
+    let technique = technique(options);
     let warnings: Vec<String> = loaded
         .warnings
         .into_iter()
@@ -259,7 +256,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         format: FORMAT.into(),
         version: VERSION,
         generator: crate::generator(),
-        technique: technique(options, foliage),
+        technique,
         options: Options {
             resolution: options.resolution,
             fov_degrees: options.fov_degrees,
@@ -267,7 +264,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, &dir)?,
-        promise: promise(scene, &space, foliage, too_small),
+        promise: promise(scene, &space, &technique, too_small),
         statistics: statistics.clone(),
         warnings,
         impostors,
@@ -336,6 +333,10 @@ const BIAS_AMONG_LEAVES: f64 = 8.0 / 255.0;
 /// 0.00007 were measured, of lettering on a truck; a patch on a tenth of a page made 0.008 and more.
 const STRAY: f64 = 0.0005;
 
+/// A mesh passes within enlarged voxels of what it stands for.
+const NEAR_BY: &str = "The mesh may pass half the side of an enlarged voxel from what it stands for, and \
+    by as much its outlines are shorter or longer.";
+
 /// Leaves that are set by their centres come and go with the viewpoint.
 const BY_CENTRES: &str = "Masked surfaces are recorded by the centres of texels: as much is \
     covered as by the original on average, but gaps between leaves may open and close; gaps, \
@@ -345,11 +346,15 @@ const BY_CENTRES: &str = "Masked surfaces are recorded by the centres of texels:
 pub(crate) fn promise(
     scene: &Scene,
     space: &ViewSpace,
-    foliage: farfield_bundle::Foliage,
+    technique: &Technique,
     too_small: Option<String>,
 ) -> Promise {
     let masked = has_masks(scene);
-    let by_centres = masked && foliage == farfield_bundle::Foliage::Centre;
+    let by_centres = masked && technique.foliage() == farfield_bundle::Foliage::Centre;
+    let (parallax, mesh) = match *technique {
+        Technique::Layered { .. } => (1.0, None),
+        Technique::Tdm { enlarged, .. } => (1.0 + enlarged / 2.0, Some(NEAR_BY)),
+    };
     let note = match (masked, by_centres) {
         (_, true) => Some(BY_CENTRES),
         (true, false) => Some(MASKED),
@@ -361,10 +366,10 @@ pub(crate) fn promise(
         ViewSpace::Around { .. } => (OFF_AXIS, Some(ONE_AT_A_TIME)),
     };
     let behind = has_one_sided(scene).then_some(FROM_BEHIND);
-    let notes = [Some(aim), shown, behind, note, too_small.as_deref()];
+    let notes = [Some(aim), shown, behind, mesh, note, too_small.as_deref()];
     Promise {
         gap_pixels: (!by_centres).then_some(0),
-        parallax_px: (!by_centres).then_some(1.0),
+        parallax_px: (!by_centres).then_some(parallax),
         phantom_pixels: Some(0),
         back_pixels: Some(0),
         colour_bias: Some(if masked { BIAS_AMONG_LEAVES } else { BIAS }),
@@ -377,8 +382,12 @@ pub(crate) fn promise(
 }
 
 /// The technique as the manifest tells it.
-fn technique(options: &BakeOptions, foliage: farfield_bundle::Foliage) -> Technique {
+fn technique(options: &BakeOptions) -> Technique {
     let (page_size, channels) = (options.page_size, options.channels);
+    let foliage = match options.foliage {
+        Foliage::Any => farfield_bundle::Foliage::Any,
+        Foliage::Centre => farfield_bundle::Foliage::Centre,
+    };
     match options.making {
         Making::Layered { bytes_per_quad } => Technique::Layered {
             bytes_per_quad,

@@ -72,8 +72,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut original = original.scene;
     let space = &manifest.options.view_space;
     let kept = keep_represented(&mut original, space);
-    let (foliage, channels) = (manifest.technique.foliage(), manifest.technique.channels());
-    bake::channels::prepare(&mut original, channels);
+    bake::channels::prepare(&mut original, manifest.technique.channels());
     let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
     let lens = PromisedCamera {
@@ -115,7 +114,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     );
     let smallest = constructions.iter().map(|one| one.smallest_texel_px);
     let too_small = bake::texels_too_small(smallest);
-    let least = bake::promise(&original, space, foliage, too_small);
+    let least = bake::promise(&original, space, &manifest.technique, too_small);
     report.broken = promise::loosened(&manifest.promise, &least);
     let judged = promise::judged(&report, &manifest.promise);
     report.broken.extend(promise::broken(&report, &judged));
