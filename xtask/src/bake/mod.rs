@@ -243,6 +243,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let too_small = texels_too_small(baked.iter().map(|one| one.smallest_texel));
     let blended = blended_as_masked(scene);
     let technique = technique(options);
+    let promise = promise(scene, &space, &technique, too_small.clone());
     let warnings: Vec<String> = loaded
         .warnings
         .into_iter()
@@ -264,7 +265,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, &dir)?,
-        promise: promise(scene, &space, &technique, too_small),
+        promise,
         statistics: statistics.clone(),
         warnings,
         impostors,
