@@ -26,8 +26,9 @@ const NONE: u32 = u32::MAX;
 /// it can have more. Voxels that touch in a corner only have vertices of their own there.
 ///
 /// Vertices are placed in the midst of the surface points that the voxels around them have: so what is
-/// flat is flat in the mesh, and not a flight of steps. Those on borders stay at corners of voxels,
-/// and only their depth follows the points. Where a voxel would be missed, its vertices stay too.
+/// flat is flat in the mesh, and not a flight of steps. Those on borders stay at corners of voxels, so
+/// that the mesh reaches as far as its voxels do; only the depth of what ends beside follows the points.
+/// Where a voxel would be missed, its vertices stay too.
 ///
 /// Every voxel that has a front or a wall has one triangle that stands for it, and touches it enlarged.
 ///
@@ -47,7 +48,7 @@ pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) ->
     let count = corners.iter().flatten().max().map_or(0, |last| last + 1) as usize;
     let boxes = voxels.boxes(enlarged);
     let steps = steps(&faces, &corners, count, voxels);
-    let mut positions = midst(&faces, &corners, &steps, points);
+    let mut positions = midst(&faces, &corners, &steps, points, voxels);
     loop {
         let triangles = triangles(&corners, &positions);
         let (standing, missed) = stood_for(&triangles, &positions, &faces, &boxes);
@@ -99,11 +100,12 @@ const SIDES: [([i32; 2], [[u32; 2]; 2]); 4] = [
     ([0, -1], [[1, 0], [0, 0]]),
 ];
 
-/// Two layers behind each other.
+/// Two layers behind each other, and the one before them.
 struct Between<'a> {
     voxels: &'a VoxelLayers<'a>,
     /// The layer behind.
     layer: u32,
+    two_before: &'a Grid<u32>,
     before: &'a Grid<u32>,
     here: &'a Grid<u32>,
 }
@@ -144,7 +146,8 @@ impl Between<'_> {
 fn faces(voxels: &VoxelLayers<'_>) -> Vec<Face> {
     let (width, height) = (voxels.width as usize, voxels.height as usize);
     let mut faces = Vec::new();
-    let mut before = looked_up(width, height, 0, &[]);
+    let mut two_before = looked_up(width, height, 0, &[]);
+    let mut before = two_before.clone();
     let mut first = 0;
     let mut positions_before: &[[u16; 2]] = &[];
     for (l, positions) in (0..).zip(voxels.layers) {
@@ -153,6 +156,7 @@ fn faces(voxels: &VoxelLayers<'_>) -> Vec<Face> {
         let between = Between {
             voxels,
             layer: l,
+            two_before: &two_before,
             before: &before,
             here: &here,
         };
@@ -166,7 +170,7 @@ fn faces(voxels: &VoxelLayers<'_>) -> Vec<Face> {
                 false => faces.extend(front(&between, at)),
             }
         }
-        before = here;
+        two_before = std::mem::replace(&mut before, here);
         positions_before = positions;
     }
     faces
@@ -207,11 +211,13 @@ fn walls(between: &Between<'_>, at: [i32; 2]) -> impl Iterator<Item = Face> {
     })
 }
 
-/// The back of a voxel where a surface recedes: beside it the surface goes on behind.
+/// The back of two voxels where a surface recedes: beside it the surface goes on behind.
 fn back(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
     let layer = between.layer;
     let goes_on = |([dx, dy], _): ([i32; 2], _)| between.is_wall_behind([at[0] + dx, at[1] + dy]);
-    let is_seen = between.is_passed(at, true) && SIDES.into_iter().any(goes_on);
+    let nearer = between.two_before[((at[0] + 1) as usize, (at[1] + 1) as usize)];
+    let is_seen =
+        nearer != NONE && between.is_passed(at, true) && SIDES.into_iter().any(goes_on);
     is_seen.then(|| {
         let mut corners = SIDES.map(|(_, [from, _])| corner(at, from, layer - 1));
         corners.reverse();
@@ -306,6 +312,7 @@ fn midst(
     corners: &[[u32; 4]],
     steps: &[Vec3],
     points: &[Vec3],
+    voxels: &VoxelLayers<'_>,
 ) -> Vec<Vec3> {
     // Of each vertex the voxels around it.
     let mut around: Vec<[u32; 2]> = faces
@@ -315,14 +322,15 @@ fn midst(
         .collect();
     around.sort_unstable();
     around.dedup();
-    let on_border = on_border(corners, steps.len());
+    let borders = border_of(faces, corners, steps.len(), voxels);
     let place = |of_one: &[[u32; 2]]| {
         let vertex = of_one[0][0] as usize;
         let sum: Vec3 = of_one.iter().map(|[_, voxel]| points[*voxel as usize]).sum();
         let mean = sum / of_one.len() as f32;
-        match on_border[vertex] {
-            true => steps[vertex].with_z(mean.z),
-            false => mean,
+        match borders[vertex] {
+            Border::No => mean,
+            Border::Beside => steps[vertex].with_z(mean.z),
+            Border::InDepth(z) => steps[vertex].with_z(z),
         }
     };
     around.chunk_by(|a, b| a[0] == b[0]).map(place).collect()
@@ -338,20 +346,50 @@ fn triangles(corners: &[[u32; 4]], positions: &[Vec3]) -> Vec<[u32; 3]> {
     corners.iter().flat_map(halves).collect()
 }
 
-/// Which vertices lie on borders.
-fn on_border(corners: &[[u32; 4]], count: usize) -> Vec<bool> {
-    let sides = |[a, b, c, d]: &[u32; 4]| [[*a, *b], [*b, *c], [*c, *d], [*d, *a]];
-    let mut edges: Vec<[u32; 2]> = corners.iter().flat_map(sides).collect();
-    edges.iter_mut().for_each(|edge| edge.sort_unstable());
+/// Whether a vertex lies on a border, and how.
+#[derive(Clone, Copy, PartialEq)]
+enum Border {
+    No,
+    /// Of a front, or where a wall ends beside.
+    Beside,
+    /// Where a wall begins or ends in depth: the surface goes on to the end of its voxels.
+    InDepth(f32),
+}
+
+fn border_of(
+    faces: &[Face],
+    corners: &[[u32; 4]],
+    count: usize,
+    voxels: &VoxelLayers<'_>,
+) -> Vec<Border> {
+    let mut edges: Vec<([u32; 2], u32, usize)> = (0..)
+        .zip(corners)
+        .flat_map(|(face, vertices)| {
+            [0, 1, 2, 3].map(|side| {
+                let (a, b) = (vertices[side], vertices[(side + 1) % 4]);
+                ([a.min(b), a.max(b)], face, side)
+            })
+        })
+        .collect();
     edges.sort_unstable();
-    let mut on_border = vec![false; count];
-    for same in edges.chunk_by(|a, b| a == b) {
-        if let [[a, b]] = same {
-            on_border[*a as usize] = true;
-            on_border[*b as usize] = true;
+    let mut of_vertices = vec![Border::No; count];
+    for same in edges.chunk_by(|a, b| a.0 == b.0) {
+        let [(ends, face, side)] = same else { continue };
+        let face = &faces[*face as usize];
+        let layer = face.corners[*side][2] as usize;
+        let border = match (face.kind, side) {
+            (Kind::Wall, 0) => Border::InDepth(voxels.borders[layer]),
+            (Kind::Wall, 2) => Border::InDepth(voxels.borders[layer + 1]),
+            _ => Border::Beside,
+        };
+        for end in ends {
+            let of_vertex = &mut of_vertices[*end as usize];
+            if !matches!(of_vertex, Border::InDepth(_)) {
+                *of_vertex = border;
+            }
         }
     }
-    on_border
+    of_vertices
 }
 
 /// Of each triangle the voxels it stands for, those whose first triangle to touch them it is; and the

@@ -55,7 +55,7 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
     assert!(enlarged >= 1.0, "voxels cannot be enlarged by {enlarged}");
     let mut work = Work::new(mesh, voxels);
     let (mut contracted, mut refused) = (0, 0);
-    for (enlarged, border) in [(1.0, ROUNDING), (enlarged, enlarged / 2.0)] {
+    for (enlarged, border) in [(1.0, ROUNDING), (enlarged, std::env::var("DELTA").map_or(enlarged / 2.0, |v| v.parse().unwrap()))] {
         work.boxes = voxels.boxes(enlarged);
         work.reach = work.boxes.iter().map(|b| b.half).fold(Vec3::ZERO, Vec3::max);
         work.border = border;
@@ -256,7 +256,9 @@ impl Work {
         let before_and_after = moving.iter().map(|t| self.triangle(*t)).zip(&moved);
         for (before, after) in before_and_after {
             let (before, after) = (self.normal(before), self.normal(*after));
-            if after.length_squared() < SMALLEST || before.dot(after) <= 0.0 {
+            // What had no area before may become anything.
+            let had_area = before.length_squared() >= SMALLEST;
+            if had_area && (after.length_squared() < SMALLEST || before.dot(after) <= 0.0) {
                 return false;
             }
         }

@@ -150,7 +150,7 @@ fn widened(recording: &Recording, mut reached: Vec<BitMask>) -> Vec<BitMask> {
     reached.par_iter_mut().enumerate().for_each(|(layer, reached)| {
         let (width, height) = (reached.width() as u32, reached.height() as u32);
         let recorded = recording.masks(layer, width, height).opaque;
-        for _ in 0..INTO_SHADOW {
+        for _ in 0..std::env::var("SHADOW").map_or(INTO_SHADOW, |v| v.parse().unwrap()) {
             let mut free = BitMask::empty(reached.width(), reached.height());
             free.insert_all(reached, &recorded);
             reached.insert_all(&free.dilated(), &recorded);
