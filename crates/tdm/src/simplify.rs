@@ -55,7 +55,7 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
     assert!(enlarged >= 1.0, "voxels cannot be enlarged by {enlarged}");
     let mut work = Work::new(mesh, voxels);
     let (mut contracted, mut refused) = (0, 0);
-    for (enlarged, border) in [(1.0, ROUNDING), (enlarged, std::env::var("DELTA").map_or(enlarged / 2.0, |v| v.parse().unwrap()))] {
+    for (enlarged, border) in [(1.0, ROUNDING), (enlarged, enlarged / 2.0)] {
         work.boxes = voxels.boxes(enlarged);
         work.reach = work.boxes.iter().map(|b| b.half).fold(Vec3::ZERO, Vec3::max);
         work.border = border;
@@ -154,11 +154,6 @@ impl Work {
                 self.is_edge(ends[0], ends[1]) && self.changes_of(*ends) != *changes
             };
             edges.extend(stuck.iter().filter(|one| may_succeed(one)).map(|one| one.0));
-        }
-        if std::env::var_os("DBG").is_some() {
-            let mut n = [0; 4];
-            for v in 0..self.positions.len() as u32 { if !self.around[v as usize].is_empty() { match self.surroundings(v) { Surroundings::Inside => n[0] += 1, Surroundings::Line(_) => n[1] += 1, Surroundings::Corner => n[2] += 1 } } }
-            eprintln!("inside line corner {n:?} triangles {}", self.triangles.iter().flatten().count());
         }
         [contracted, refused]
     }

@@ -142,7 +142,7 @@ pub(super) fn bake(
 /// How far into shadows a mesh reaches, in texels. A line of sight that grazes what hides a surface from
 /// its neighbours meets it within a texel or two of the shadow's border, and the mesh may shrink by as
 /// much there and where it is hidden by.
-const INTO_SHADOW: usize = 2;
+const INTO_SHADOW: usize = 3;
 
 /// The texels that lines of sight reach, and of those that are free the ones beside them: as far as
 /// nothing lies in between.
@@ -150,7 +150,7 @@ fn widened(recording: &Recording, mut reached: Vec<BitMask>) -> Vec<BitMask> {
     reached.par_iter_mut().enumerate().for_each(|(layer, reached)| {
         let (width, height) = (reached.width() as u32, reached.height() as u32);
         let recorded = recording.masks(layer, width, height).opaque;
-        for _ in 0..std::env::var("SHADOW").map_or(INTO_SHADOW, |v| v.parse().unwrap()) {
+        for _ in 0..INTO_SHADOW {
             let mut free = BitMask::empty(reached.width(), reached.height());
             free.insert_all(reached, &recorded);
             reached.insert_all(&free.dilated(), &recorded);

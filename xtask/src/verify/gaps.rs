@@ -22,7 +22,7 @@ pub(super) fn gaps(
     impostor: &Grid<u32>,
 ) -> Vec<[u32; 2]> {
     let suspects = gap_pixels(original, impostor, subject.slack());
-    let found = in_tiles(camera, suspects, 1, |[columns, rows], suspects| {
+    in_tiles(camera, suspects, 1, |[columns, rows], suspects| {
         let window = camera.window(&columns, &rows);
         let mut farthest = farthest_sampled(subject, &window);
         // What is no suspect shows what cannot be a gap.
@@ -37,19 +37,5 @@ pub(super) fn gaps(
             seen[at] = impostor[(*x as usize, *y as usize)];
         }
         gap_pixels(&farthest, &seen, subject.slack())
-    });
-    if std::env::var_os("DBG").is_some() {
-        for [x, y] in &found {
-            let n: Vec<u32> = (0..9).map(|i| original[(*x as usize + i % 3 - 1, *y as usize + i / 3 - 1)]).collect();
-            let m: Vec<i64> = (0..9).map(|i| impostor[(*x as usize + i % 3 - 1, *y as usize + i / 3 - 1)] as i32 as i64).collect();
-            let seen = super::view::shown_by(&subject.original, camera).seen;
-            let depth = seen.depth[(*x as usize, *y as usize)];
-            let at = camera.view_from_pixel(glam::DVec2::new(f64::from(*x) + 0.5, f64::from(*y) + 0.5), depth);
-            let world = camera.pose.point_in_world(at);
-            let proj = crate::voxels::Projection::of(&subject.stack);
-            let d = if let super::subject::Shape::Mesh(m) = &subject.shape { m.nearest(world).map(|p| proj.place(p) - proj.place(world)) } else { None };
-            eprintln!("gap {x} {y} orig {n:?} imp {m:?} world {world:.3} grid {:.2} step {:.2} nearest {d:.2?}", proj.place(world), proj.place(world) - proj.place(world - (world - camera.pose.eye) * 0.01));
-        }
-    }
-    found
+    })
 }
