@@ -11,12 +11,14 @@ mod promise;
 mod report;
 mod strays;
 mod subject;
+mod surface;
 mod table;
 mod totals;
 mod view;
 mod worst;
 
 pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
+pub use surface::SurfaceBias;
 pub use totals::Place;
 
 use crate::console::Console;
@@ -109,6 +111,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut report = report::summarise(
         &totals,
         coverage_at,
+        channels,
         construction::worst_of(&constructions),
         CostOfBoth {
             original: farfield_bundle::cost(&original),
@@ -117,7 +120,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     );
     let smallest = constructions.iter().map(|one| one.smallest_texel_px);
     let too_small = bake::texels_too_small(smallest);
-    let least = bake::promise(&original, space, foliage, too_small);
+    let least = bake::promise(&original, space, foliage, channels, too_small);
     report.broken = promise::loosened(&manifest.promise, &least);
     let judged = promise::judged(&report, &manifest.promise);
     report.broken.extend(promise::broken(&report, &judged));

@@ -45,7 +45,11 @@ pub(super) fn judged(report: &VerifyReport, promise: &Promise) -> Vec<Judged> {
         promise.coverage_change,
     ];
     let both = measured(report).into_iter().zip(limits);
-    both.map(|(found, limit)| judge(found, limit)).collect()
+    let judged = both.map(|(found, limit)| judge(found, limit));
+    let lit = measured_surface(report, promise.surface_bias);
+    judged
+        .chain(lit.map(|found| judge(found, promise.surface_bias)))
+        .collect()
 }
 
 fn judge(found: Measured, limit: Option<f64>) -> Judged {
@@ -77,7 +81,6 @@ fn judge(found: Measured, limit: Option<f64>) -> Judged {
 fn measured(report: &VerifyReport) -> [Measured; 8] {
     let count = |n: f64| format!("{n:.0}");
     let percent = |n: f64| format!("{:.4} %", n * 100.0);
-    let levels = |n: f64| format!("{:.2}/255", n * 255.0);
     let found = |name, figure, words, what, places| Measured {
         name,
         figure,
@@ -131,7 +134,7 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
             places(&report.backs),
         ),
         Measured {
-            pixels: Some(report.compared_pixels),
+            pixels: Some(report.alike_pixels),
             ..found(
                 "colour bias",
                 report.colour_bias,
@@ -177,6 +180,33 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
     ]
 }
 
+/// The figure of what light meets; nothing where that was not measured, and nothing is promised of it.
+fn measured_surface(report: &VerifyReport, limit: Option<f64>) -> Option<Measured> {
+    let what = report.surface_bias_by.map(|bias| {
+        let [x, y, z] = bias.normal.map(|bias| bias * 255.0);
+        let [roughness, metallic] = [bias.roughness, bias.metallic].map(|bias| bias * 255.0);
+        format!(
+            "what light meets is off by so much of 255 on average: normals ({x:+.2}, {y:+.2}, \
+             {z:+.2}), roughness {roughness:+.2}, metallic {metallic:+.2}"
+        )
+    });
+    let unmeasured = || "there is nothing that light meets".to_owned();
+    (report.surface_bias.is_some() || limit.is_some()).then(|| Measured {
+        name: "bias of what light meets",
+        figure: report.surface_bias.unwrap_or(f64::NAN),
+        words: levels,
+        is_wrong: false,
+        pixels: Some(report.alike_pixels),
+        what: what.unwrap_or_else(unmeasured),
+        places: String::new(),
+    })
+}
+
+/// A share of full intensity, in words.
+fn levels(n: f64) -> String {
+    format!("{:.2}/255", n * 255.0)
+}
+
 /// What of a promise is broken and where, a sentence each.
 pub(super) fn broken(report: &VerifyReport, judged: &[Judged]) -> Vec<String> {
     let blind = (report.covered_pixels == 0)
@@ -204,6 +234,7 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
             ("back_pixels", count(promise.back_pixels)),
             ("parallax_px", promise.parallax_px),
             ("colour_bias", promise.colour_bias),
+            ("surface_bias", promise.surface_bias),
             ("stray_colours", promise.stray_colours),
             ("coverage_error", promise.coverage_error),
             ("coverage_change", promise.coverage_change),
