@@ -621,7 +621,7 @@ fn a_painted_page_of_what_light_meets_is_a_bias() {
         assert_eq!(report.broken.len(), 1, "{:?}", report.broken);
         assert_broken(
             &report,
-            &["what light meets is off", "promised at most 4.00"],
+            &["what light meets is off", "promised at most 8.00"],
         );
     }
     let mut unpromised = good.clone();
