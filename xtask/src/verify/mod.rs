@@ -9,6 +9,7 @@ mod html;
 mod possible;
 mod promise;
 mod report;
+mod seams;
 mod strays;
 mod subject;
 mod surface;
@@ -18,6 +19,7 @@ mod view;
 mod worst;
 
 pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
+pub use seams::Seams;
 pub use surface::SurfaceBias;
 pub use totals::Place;
 
@@ -118,6 +120,13 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             impostor: farfield_bundle::cost(&display),
         },
     );
+    let whole = options.views.start == 0;
+    if whole {
+        let of_display = Textures::new(&display);
+        let sides = [(&original, &of_original), (&display, &of_display)];
+        let sides = sides.map(|(scene, textures)| Side { scene, textures });
+        report.seams = seams::seams(space, &sides, &lens, console);
+    }
     let smallest = constructions.iter().map(|one| one.smallest_texel_px);
     let too_small = bake::texels_too_small(smallest);
     let least = bake::promise(&original, space, foliage, channels, too_small);
@@ -135,7 +144,6 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             .extend(faults.map(|fault| format!("{of}{fault}")));
     }
     report.holds = report.broken.is_empty();
-    let whole = options.views.start == 0;
     if let ([one], false, true) = (&*subjects, space.has_sides(), whole && report.holds) {
         let bar = console.bar("beyond the cell", beyond::TESTS);
         report.beyond = Some(beyond::beyond(one, &manifest.promise, || bar.inc(1)));

@@ -1,6 +1,7 @@
 //! What is promised, beside what was measured.
 
 use super::report::VerifyReport;
+use super::seams;
 use super::totals::Place;
 use farfield_bundle::Promise;
 
@@ -17,18 +18,18 @@ pub(super) struct Judged {
 }
 
 /// What was measured of a figure, and what to say of it.
-struct Measured {
-    name: &'static str,
-    figure: f64,
-    words: fn(f64) -> String,
+pub(super) struct Measured {
+    pub(super) name: &'static str,
+    pub(super) figure: f64,
+    pub(super) words: fn(f64) -> String,
     /// Whether something is wrong that the figure does not show.
-    is_wrong: bool,
+    pub(super) is_wrong: bool,
     /// Pixels that the figure is a mean of, where their number matters.
-    pixels: Option<u64>,
+    pub(super) pixels: Option<u64>,
     /// The figure in a sentence.
-    what: String,
+    pub(super) what: String,
     /// Where it is; may be empty.
-    places: String,
+    pub(super) places: String,
 }
 
 /// All figures that can be promised, each compared with its limit: here and nowhere else.
@@ -47,9 +48,10 @@ pub(super) fn judged(report: &VerifyReport, promise: &Promise) -> Vec<Judged> {
     let both = measured(report).into_iter().zip(limits);
     let judged = both.map(|(found, limit)| judge(found, limit));
     let lit = measured_surface(report, promise.surface_bias);
-    judged
-        .chain(lit.map(|found| judge(found, promise.surface_bias)))
-        .collect()
+    let lit = lit.map(|found| judge(found, promise.surface_bias));
+    let seams = seams::measured(report);
+    let seams = seams.map(|found| judge(found, whole(promise.gap_pixels)));
+    judged.chain(lit).chain(seams).collect()
 }
 
 fn judge(found: Measured, limit: Option<f64>) -> Judged {

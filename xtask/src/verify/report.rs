@@ -1,5 +1,6 @@
 //! What verify says, for programs.
 
+use super::seams::Seams;
 use super::subject::SEED;
 use super::surface::SurfaceBias;
 use super::totals::{Place, Totals};
@@ -86,6 +87,8 @@ pub struct VerifyReport {
     pub spread: Spread,
     /// What holds for every viewpoint of the cell, by construction.
     pub proved: Vec<ProvedBound>,
+    /// What is seen where impostors amid a scene meet; null where there is one, or each is seen alone.
+    pub seams: Option<Seams>,
     /// How far the promise holds outside of the view cell.
     pub beyond: Option<Beyond>,
     /// What drawing costs, before and after.
@@ -216,6 +219,7 @@ pub(super) fn summarise(
             coverage_error: Summary::of(&totals.missed),
         },
         proved,
+        seams: None,
         beyond: None,
         cost,
         gaps: totals.gaps.clone(),
