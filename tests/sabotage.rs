@@ -18,7 +18,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use xtask::{Console, Place, SceneChoice, VerifyOptions, VerifyReport, bake, verify};
+use xtask::{Channels, Console, Place, SceneChoice, VerifyOptions, VerifyReport, bake, verify};
 
 /// A bundle, open for changes.
 #[derive(Clone)]
@@ -110,7 +110,8 @@ fn add_box(scene: &mut Scene, center: Vec3, size: Vec3, base_color: Vec4) {
 /// The slabs on several pages, a bundle that keeps its promise.
 fn good() -> Bundle {
     static GOOD: OnceLock<Bundle> = OnceLock::new();
-    GOOD.get_or_init(|| Bundle::of(slabs())).clone()
+    GOOD.get_or_init(|| Bundle::of(slabs(), Channels::Lit))
+        .clone()
 }
 
 /// Small enough for several pages.
@@ -121,7 +122,7 @@ const VIEWS: u64 = 9;
 
 impl Bundle {
     /// The bundle that is baked of a scene.
-    fn of(original: Scene) -> Self {
+    fn of(original: Scene, channels: Channels) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (scene, dir) = (
             folder.path().join("scene.glb"),
@@ -130,6 +131,7 @@ impl Bundle {
         fs::write(&scene, glb_from_scene(&original, &[]).unwrap()).unwrap();
         let mut options = options(SceneChoice::File(scene), 128, &dir);
         options.page_size = PAGE_SIZE;
+        options.channels = channels;
         bake(&options, &Console::Silent).unwrap();
         let display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
         Self {
@@ -464,7 +466,7 @@ fn a_surface_turned_away_from_the_cell_shows_its_back() {
         mesh.triangles.start += 10;
         material.double_sided = true;
     }
-    let mut bundle = Bundle::of(plates);
+    let mut bundle = Bundle::of(plates, Channels::Lit);
     let turned = bundle.original.meshes[1].triangles.clone();
     for triangle in turned {
         bundle.original.triangles[triangle as usize].swap(1, 2);
@@ -593,6 +595,39 @@ fn a_painted_block_of_one_page_is_of_stray_colours() {
     let sound = good().verified(VIEWS);
     assert_eq!((sound.stray_pixels, sound.stray_colours), (0, 0.0));
     assert!(sound.interior_pixels > 10_000);
+}
+
+/// The light that pictures are rendered under does not show what is rough or metallic.
+#[test]
+fn a_painted_page_of_what_light_meets_is_a_bias() {
+    let mut slabs = slabs();
+    for (i, material) in (0u8..).zip(&mut slabs.materials) {
+        material.unlit = false;
+        material.roughness = 0.4 + f32::from(i) / 100.0;
+        material.metallic = 0.2;
+    }
+    let good = Bundle::of(slabs, Channels::Pbr);
+    let report = good.verified(VIEWS);
+    assert!(report.holds, "{:?}", report.broken);
+    assert!(report.surface_bias.unwrap().abs() < 1.0 / 255.0);
+    for channel in [1, 2] {
+        let mut bundle = good.clone();
+        let material = &bundle.display.materials[0];
+        let page = &bundle.display.textures[material.metallic_roughness_texture.unwrap() as usize];
+        for texel in &mut bundle.display.images[page.image as usize].texels {
+            texel[channel] = 255;
+        }
+        let report = bundle.verified(VIEWS);
+        assert_eq!(report.broken.len(), 1, "{:?}", report.broken);
+        assert_broken(
+            &report,
+            &["what light meets is off", "promised at most 8.00"],
+        );
+    }
+    let mut unpromised = good.clone();
+    unpromised.manifest.promise.surface_bias = None;
+    let report = unpromised.verified(1);
+    assert_broken(&report, &["promises nothing for surface_bias"]);
 }
 
 /// Layers that suit a view cell need not suit a larger one: seen from its corners, and proved.

@@ -72,6 +72,7 @@ fn what_is_far_surrounds_the_cell_without_a_seam() {
     assert_eq!(report.draw_calls, report.impostors.len() as u64);
     let verified = verified(&dir, 60);
     assert!(verified.holds, "{:?}", verified.broken);
+    assert_eq!(verified.seams.unwrap().gap_pixels, 0);
     assert!(verified.proved.iter().all(|found| found.bound <= 1.0));
 
     let manifest = farfield_bundle::read(&dir).unwrap();
@@ -113,6 +114,49 @@ fn what_is_far_surrounds_the_cell_without_a_seam() {
     let mut fewer = impostors.clone();
     fewer.objects.pop();
     assert!(holes(&original, &fewer, &cameras) > 100);
+}
+
+/// Seen together, too, impostors that lack something let one see through.
+#[test]
+fn quads_that_are_missing_at_a_seam_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("bundle");
+    let (file, options) = (
+        folder.path().join("hall.glb"),
+        BakeOptions {
+            arrangement: Arrangement::Far(5.0),
+            ..options_in_cell(
+                SceneChoice::File(folder.path().join("hall.glb")),
+                "box:0,0,0:2,2,2",
+                96,
+                &dir,
+            )
+        },
+    );
+    std::fs::write(file, glb_from_scene(&hall(), &[]).unwrap()).unwrap();
+    bake(&options, &Console::Silent).unwrap();
+    let mut display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
+    let quads = &mut display.meshes[0].triangles;
+    quads.end = quads.start + (quads.end - quads.start) / 4 * 2;
+    let uris: Vec<String> = (0..display.images.len())
+        .map(|i| format!("pages/{i:03}.png"))
+        .collect();
+    let manifest = farfield_bundle::read(&dir).unwrap();
+    let pages = uris.iter().map(|uri| NewFile {
+        path: uri.clone(),
+        bytes: std::fs::read(dir.join(uri)).unwrap(),
+    });
+    let glb = NewFile {
+        path: GLTF_FILE.into(),
+        bytes: glb_from_scene(&display, &uris).unwrap(),
+    };
+    let files: Vec<_> = pages.chain([glb]).collect();
+    farfield_bundle::write(&dir, &manifest, &files).unwrap();
+    let report = verified(&dir, 6);
+    assert!(report.seams.unwrap().gap_pixels > 100);
+    let named =
+        |fault: &String| fault.contains("gap pixels where impostors meet, promised at most 0");
+    assert!(report.broken.iter().any(named), "{:?}", report.broken);
 }
 
 #[test]
@@ -303,6 +347,7 @@ fn views_from_all_around_hold() {
         let report = bake(&options, &Console::Silent).unwrap();
         assert_eq!(report.impostors.len(), 6);
         let report = verified(&dir, 72);
+        assert_eq!(report.seams, None);
         assert!(report.holds, "{:?}", report.broken);
         assert_eq!((report.gap_pixels, report.phantom_pixels), (0, 0));
         // The house's porch has no underside, but a front that is seen from below it.

@@ -51,6 +51,7 @@ impl Manifest {
             ("coverage_error", self.promise.coverage_error),
             ("coverage_change", self.promise.coverage_change),
             ("colour_bias", self.promise.colour_bias),
+            ("surface_bias", self.promise.surface_bias),
             ("stray_colours", self.promise.stray_colours),
         ] {
             not_negative(figure.unwrap_or(0.0), format_args!("promise.{name}"))?;
@@ -632,6 +633,9 @@ mod tests {
             }),
             ("promise.colour_bias", |m| {
                 m.promise.colour_bias = Some(-0.004);
+            }),
+            ("promise.surface_bias", |m| {
+                m.promise.surface_bias = Some(-0.004);
             }),
             ("promise.stray_colours", |m| {
                 m.promise.stray_colours = Some(f64::NAN);

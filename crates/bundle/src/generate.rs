@@ -192,7 +192,7 @@ fn sources() -> impl Strategy<Value = SceneSource> {
 fn promises() -> impl Strategy<Value = Promise> {
     let count = || prop::option::of(any::<u64>());
     let figure = || prop::option::of(lengths());
-    let figures = [figure(), figure(), figure(), figure(), figure()];
+    let figures = [(); 6].map(|()| figure());
     ([count(), count(), count()], figures, vec(texts(), 0..3)).prop_map(
         |([gap_pixels, phantom_pixels, back_pixels], figures, notes)| {
             let [
@@ -200,6 +200,7 @@ fn promises() -> impl Strategy<Value = Promise> {
                 coverage_error,
                 coverage_change,
                 colour_bias,
+                surface_bias,
                 stray_colours,
             ] = figures;
             Promise {
@@ -210,6 +211,7 @@ fn promises() -> impl Strategy<Value = Promise> {
                 coverage_error,
                 coverage_change,
                 colour_bias,
+                surface_bias,
                 stray_colours,
                 notes,
             }

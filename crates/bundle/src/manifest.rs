@@ -210,10 +210,14 @@ pub struct Promise {
     /// original's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage_change: Option<f64>,
-    /// The mean signed colour difference a channel, over pixels covered by both, as a share of
-    /// full intensity; to either side of 0.
+    /// The mean signed colour difference a channel, over pixels where both show the same layer, as a
+    /// share of full intensity; to either side of 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour_bias: Option<f64>,
+    /// The mean signed difference of normals, roughness and metallic, over pixels where both show the
+    /// same layer, as a share of their whole range; to either side of 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_bias: Option<f64>,
     /// Pixels in the midst of colours that the original does not show anywhere near, as a share of
     /// those inside of what both cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -51,6 +51,24 @@ impl ColorDifference {
             interquartile_mean(counts) / 255.0
         })
     }
+
+    /// Mean of each channel's differences over the pixels that both pictures cover, in [-1, 1]; 0
+    /// where there are none.
+    pub fn mean_bias(&self) -> [f64; 3] {
+        [0, 1, 2].map(|channel| {
+            let counts = self.counts_in_both.iter().map(|counts| counts[channel]);
+            let sum: f64 = (-255..=255)
+                .zip(counts)
+                .map(|(difference, count)| f64::from(difference) * count as f64)
+                .sum();
+            sum / self.pixels_in_both().max(1) as f64 / 255.0
+        })
+    }
+
+    /// The pixels that both pictures cover.
+    pub fn pixels_in_both(&self) -> u64 {
+        self.counts_in_both.iter().map(|counts| counts[0]).sum()
+    }
 }
 
 /// The mean of the middle half of whole values, given how often -255, -254, ... occur.
@@ -180,7 +198,10 @@ mod tests {
                 let middle = &four[both.len()..3 * both.len()];
                 let typical = middle.iter().sum::<f64>() / middle.len().max(1) as f64;
                 prop_assert!((found.typical_bias()[channel] - typical).abs() < 1e-13);
+                let mean = both.iter().map(|v| v[channel]).sum::<f64>() / both.len().max(1) as f64;
+                prop_assert!((found.mean_bias()[channel] - mean).abs() < 1e-13);
             }
+            prop_assert_eq!(found.pixels_in_both(), both.len() as u64);
             let values: Vec<f64> = all.concat();
             prop_assert_eq!(found.differences.count(), values.len() as u64);
             let most = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));

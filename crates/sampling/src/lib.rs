@@ -22,7 +22,7 @@ mod trace;
 pub use geometry::seen_bounds;
 pub use nearest::NearestPoints;
 pub use light::{Lighting, lit_color};
-pub use rasterize::{NONE, Visibility, rasterize, shade};
+pub use rasterize::{NONE, Visibility, rasterize, shade, surfaces};
 
 pub use record::{Foliage, LayerMasks, Recording, Sample, record, sample_colors, sample_surfaces};
 pub use surface::{Hit, Surface, surface_at};

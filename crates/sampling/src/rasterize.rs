@@ -3,7 +3,7 @@
 use crate::geometry::{Drawn, Interpolation, batches, corners_in_view, run_in_view};
 use crate::masked::Masked;
 use crate::surface::Hit;
-use crate::{Lighting, Textures, lit_color, surface_at};
+use crate::{Lighting, Surface, Textures, lit_color, surface_at};
 use farfield_grid::Grid;
 use farfield_scene::Scene;
 use farfield_views::Camera;
@@ -98,6 +98,34 @@ pub fn shade(
     visibility: &Visibility,
     light: &Lighting,
 ) -> Grid<Vec3> {
+    let lit = |surface: &Surface| lit_color(surface, light);
+    at_centers(scene, textures, camera, visibility, Vec3::ZERO, lit)
+}
+
+/// The visible surfaces at each pixel's centre before any light; `None` where nothing is seen.
+///
+/// # Panics
+///
+/// As for [`shade`].
+pub fn surfaces(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    visibility: &Visibility,
+) -> Grid<Option<Surface>> {
+    let all = |surface: &Surface| Some(*surface);
+    at_centers(scene, textures, camera, visibility, None, all)
+}
+
+/// What `of` says of the visible surface at each pixel's centre; `nothing` where none is seen.
+fn at_centers<T: Copy + Send + Sync>(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    visibility: &Visibility,
+    nothing: T,
+    of: impl Fn(&Surface) -> T + Sync,
+) -> Grid<T> {
     let (width, height) = (camera.width as usize, camera.height as usize);
     assert_eq!(
         (visibility.depth.width(), visibility.depth.height()),
@@ -108,9 +136,9 @@ pub fn shade(
         .cells()
         .par_iter()
         .zip(visibility.triangles.cells());
-    let color = |(i, (&object, &triangle)): (usize, (&u32, &u32))| {
+    let value = |(i, (&object, &triangle)): (usize, (&u32, &u32))| {
         if object == NONE {
-            return Vec3::ZERO;
+            return nothing;
         }
         let pixel = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
         let corners = corners_in_view(scene, &camera.pose, Drawn { object, triangle });
@@ -122,9 +150,9 @@ pub fn shade(
                 barycentric: [1.0 / 3.0; 2],
             },
         };
-        lit_color(&surface_at(scene, textures, camera, &hit), light)
+        of(&surface_at(scene, textures, camera, &hit))
     };
-    Grid::from_cells(width, height, ids.enumerate().map(color).collect())
+    Grid::from_cells(width, height, ids.enumerate().map(value).collect())
 }
 
 #[derive(Clone, Copy, Debug)]

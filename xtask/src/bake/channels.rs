@@ -28,6 +28,14 @@ pub(super) struct Texels {
     pub(super) emissive: Option<(Vec<[u8; 3]>, f32)>,
 }
 
+/// How metallic a surface is recorded: black metal is what reflects nothing.
+pub(crate) fn metallic(surface: &Surface) -> f32 {
+    match surface.unlit {
+        true => 1.0,
+        false => surface.metallic,
+    }
+}
+
 /// How much brighter than white what shines can be. All of an impostor shares one factor, and what is
 /// dim beside it has few digits left.
 const BRIGHTEST: f32 = 8.0;
@@ -41,8 +49,6 @@ pub(super) fn texels(surfaces: &[Surface], pose: &Pose) -> Texels {
     let emissive = |s: &Surface| s.emissive + if s.unlit { s.base_color } else { Vec3::ZERO };
     let brightest = surfaces.iter().map(|s| emissive(s).max_element());
     let strength = brightest.fold(0.0, f32::max).min(BRIGHTEST);
-    // Black metal is what reflects nothing.
-    let metallic = |s: &Surface| if s.unlit { 1.0 } else { s.metallic };
     Texels {
         base_color: surfaces.iter().map(|s| srgb(base(s))).collect(),
         normal: surfaces

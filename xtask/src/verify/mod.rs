@@ -9,14 +9,18 @@ mod html;
 mod possible;
 mod promise;
 mod report;
+mod seams;
 mod strays;
 mod subject;
+mod surface;
 mod table;
 mod totals;
 mod view;
 mod worst;
 
 pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
+pub use seams::Seams;
+pub use surface::SurfaceBias;
 pub use totals::Place;
 
 use crate::console::Console;
@@ -106,12 +110,20 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut report = report::summarise(
         &totals,
         coverage_at,
+        manifest.technique.channels(),
         construction::worst_of(&constructions),
         CostOfBoth {
             original: farfield_bundle::cost(&original),
             impostor: farfield_bundle::cost(&display),
         },
     );
+    let whole = options.views.start == 0;
+    if whole {
+        let of_display = Textures::new(&display);
+        let sides = [(&original, &of_original), (&display, &of_display)];
+        let sides = sides.map(|(scene, textures)| Side { scene, textures });
+        report.seams = seams::seams(space, &sides, &lens, console);
+    }
     let smallest = constructions.iter().map(|one| one.smallest_texel_px);
     let too_small = bake::texels_too_small(smallest);
     let least = bake::promise(&original, space, &manifest.technique, too_small);
@@ -129,7 +141,6 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             .extend(faults.map(|fault| format!("{of}{fault}")));
     }
     report.holds = report.broken.is_empty();
-    let whole = options.views.start == 0;
     if let ([one], false, true) = (&*subjects, space.has_sides(), whole && report.holds) {
         let bar = console.bar("beyond the cell", beyond::TESTS);
         report.beyond = Some(beyond::beyond(one, &manifest.promise, || bar.inc(1)));

@@ -1,6 +1,7 @@
 //! What is promised, beside what was measured.
 
 use super::report::VerifyReport;
+use super::seams;
 use super::totals::Place;
 use farfield_bundle::Promise;
 
@@ -17,18 +18,18 @@ pub(super) struct Judged {
 }
 
 /// What was measured of a figure, and what to say of it.
-struct Measured {
-    name: &'static str,
-    figure: f64,
-    words: fn(f64) -> String,
+pub(super) struct Measured {
+    pub(super) name: &'static str,
+    pub(super) figure: f64,
+    pub(super) words: fn(f64) -> String,
     /// Whether something is wrong that the figure does not show.
-    is_wrong: bool,
+    pub(super) is_wrong: bool,
     /// Pixels that the figure is a mean of, where their number matters.
-    pixels: Option<u64>,
+    pub(super) pixels: Option<u64>,
     /// The figure in a sentence.
-    what: String,
+    pub(super) what: String,
     /// Where it is; may be empty.
-    places: String,
+    pub(super) places: String,
 }
 
 /// All figures that can be promised, each compared with its limit: here and nowhere else.
@@ -45,7 +46,12 @@ pub(super) fn judged(report: &VerifyReport, promise: &Promise) -> Vec<Judged> {
         promise.coverage_change,
     ];
     let both = measured(report).into_iter().zip(limits);
-    both.map(|(found, limit)| judge(found, limit)).collect()
+    let judged = both.map(|(found, limit)| judge(found, limit));
+    let lit = measured_surface(report, promise.surface_bias);
+    let lit = lit.map(|found| judge(found, promise.surface_bias));
+    let seams = seams::measured(report);
+    let seams = seams.map(|found| judge(found, whole(promise.gap_pixels)));
+    judged.chain(lit).chain(seams).collect()
 }
 
 fn judge(found: Measured, limit: Option<f64>) -> Judged {
@@ -77,7 +83,6 @@ fn judge(found: Measured, limit: Option<f64>) -> Judged {
 fn measured(report: &VerifyReport) -> [Measured; 8] {
     let count = |n: f64| format!("{n:.0}");
     let percent = |n: f64| format!("{:.4} %", n * 100.0);
-    let levels = |n: f64| format!("{:.2}/255", n * 255.0);
     let found = |name, figure, words, what, places| Measured {
         name,
         figure,
@@ -131,7 +136,7 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
             places(&report.backs),
         ),
         Measured {
-            pixels: Some(report.compared_pixels),
+            pixels: Some(report.alike_pixels),
             ..found(
                 "colour bias",
                 report.colour_bias,
@@ -177,6 +182,33 @@ fn measured(report: &VerifyReport) -> [Measured; 8] {
     ]
 }
 
+/// The figure of what light meets; nothing where that was not measured, and nothing is promised of it.
+fn measured_surface(report: &VerifyReport, limit: Option<f64>) -> Option<Measured> {
+    let what = report.surface_bias_by.map(|bias| {
+        let [x, y, z] = bias.normal.map(|bias| bias * 255.0);
+        let [roughness, metallic] = [bias.roughness, bias.metallic].map(|bias| bias * 255.0);
+        format!(
+            "what light meets is off by so much of 255 on average: normals ({x:+.2}, {y:+.2}, \
+             {z:+.2}), roughness {roughness:+.2}, metallic {metallic:+.2}"
+        )
+    });
+    let unmeasured = || "there is nothing that light meets".to_owned();
+    (report.surface_bias.is_some() || limit.is_some()).then(|| Measured {
+        name: "bias of what light meets",
+        figure: report.surface_bias.unwrap_or(f64::NAN),
+        words: levels,
+        is_wrong: false,
+        pixels: Some(report.alike_pixels),
+        what: what.unwrap_or_else(unmeasured),
+        places: String::new(),
+    })
+}
+
+/// A share of full intensity, in words.
+fn levels(n: f64) -> String {
+    format!("{:.2}/255", n * 255.0)
+}
+
 /// What of a promise is broken and where, a sentence each.
 pub(super) fn broken(report: &VerifyReport, judged: &[Judged]) -> Vec<String> {
     let blind = (report.covered_pixels == 0)
@@ -204,6 +236,7 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
             ("back_pixels", count(promise.back_pixels)),
             ("parallax_px", promise.parallax_px),
             ("colour_bias", promise.colour_bias),
+            ("surface_bias", promise.surface_bias),
             ("stray_colours", promise.stray_colours),
             ("coverage_error", promise.coverage_error),
             ("coverage_change", promise.coverage_change),

@@ -1,8 +1,10 @@
 //! What verify says, for programs.
 
+use super::seams::Seams;
 use super::subject::SEED;
+use super::surface::SurfaceBias;
 use super::totals::{Place, Totals};
-use farfield_bundle::{Beyond, Cost, ProvedBound};
+use farfield_bundle::{Beyond, Channels, Cost, ProvedBound};
 use farfield_metrics::Distribution;
 use serde::Serialize;
 
@@ -37,8 +39,12 @@ pub struct VerifyReport {
     pub psnr_db: Option<f64>,
     /// Mean signed difference of the channel where it is greatest, as a share of full intensity:
     /// positive where the impostor is brighter. Of pixels that both cover, less the quarter that
-    /// differs most to either side: there silhouettes are a texel apart.
+    /// differs most to either side: there silhouettes are a texel apart. For the same reason only where
+    /// both show the same layer.
     pub colour_bias: f64,
+    /// Mean signed difference of normals, roughness or metallic, of that where it is greatest, as a share
+    /// of their whole range, where both show the same layer; null where the bundle is not to be lit.
+    pub surface_bias: Option<f64>,
     /// Pixels in the midst of colours that the original does not show anywhere near, as a share of
     /// those inside of what both cover.
     pub stray_colours: f64,
@@ -54,6 +60,8 @@ pub struct VerifyReport {
     pub covered_pixels: u64,
     /// Pixels whose colours were compared, in all views together.
     pub compared_pixels: u64,
+    /// Those of them where both show the same layer.
+    pub alike_pixels: u64,
     /// Pixels inside of what both cover, in all views together.
     pub interior_pixels: u64,
     /// Those of them in the midst of stray colours.
@@ -62,6 +70,8 @@ pub struct VerifyReport {
     pub seed: u64,
     /// The bias of red, green and blue.
     pub colour_bias_rgb: [f64; 3],
+    /// The bias of all that light meets.
+    pub surface_bias_by: Option<SurfaceBias>,
     /// Mean structural similarity, 1 where pictures are equal.
     pub ssim_mean: f64,
     /// By what share the impostor covers more pixels than the original, over all views.
@@ -77,6 +87,8 @@ pub struct VerifyReport {
     pub spread: Spread,
     /// What holds for every viewpoint of the cell, by construction.
     pub proved: Vec<ProvedBound>,
+    /// What is seen where impostors amid a scene meet; null where there is one, or each is seen alone.
+    pub seams: Option<Seams>,
     /// How far the promise holds outside of the view cell.
     pub beyond: Option<Beyond>,
     /// What drawing costs, before and after.
@@ -155,9 +167,11 @@ pub struct CostOfBoth {
 pub(super) fn summarise(
     totals: &Totals,
     coverage_at: Vec<CoverageAt>,
+    channels: Channels,
     proved: Vec<ProvedBound>,
     cost: CostOfBoth,
 ) -> VerifyReport {
+    let surface_bias = (channels == Channels::Pbr).then(|| totals.surface.bias());
     let built_in = cfg!(feature = "flip");
     let color = &totals.color;
     let bias = color.typical_bias();
@@ -178,6 +192,7 @@ pub(super) fn summarise(
             .into_iter()
             .max_by(|a, b| a.abs().total_cmp(&b.abs()))
             .unwrap_or(0.0),
+        surface_bias: surface_bias.map(|bias| bias.worst()),
         stray_colours: totals.stray_pixels as f64 / totals.interior_pixels.max(1) as f64,
         worst_view: totals.worst.first().map_or(0, |view| view.view),
         holds: false,
@@ -187,7 +202,9 @@ pub(super) fn summarise(
         stray_pixels: totals.stray_pixels,
         seed: SEED,
         compared_pixels: color.pixels,
+        alike_pixels: color.pixels_in_both(),
         colour_bias_rgb: bias,
+        surface_bias_by: surface_bias,
         ssim_mean: 1.0 - totals.ssim.mean(),
         coverage_change: totals.covered_by_impostor as f64 / covered - 1.0,
         coverage_at,
@@ -202,6 +219,7 @@ pub(super) fn summarise(
             coverage_error: Summary::of(&totals.missed),
         },
         proved,
+        seams: None,
         beyond: None,
         cost,
         gaps: totals.gaps.clone(),

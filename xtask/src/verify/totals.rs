@@ -1,5 +1,6 @@
 //! All views together, in memory that does not grow with their number.
 
+use super::surface::SurfaceDifference;
 use super::view::ViewFigures;
 use farfield_metrics::{ColorDifference, Coverage, Distribution, SilhouetteDisplacement};
 use glam::DVec3;
@@ -21,6 +22,7 @@ pub(super) struct Totals {
     pub(super) parallax: Distribution,
     pub(super) silhouette: SilhouetteDisplacement,
     pub(super) color: ColorDifference,
+    pub(super) surface: SurfaceDifference,
     /// Pixels inside of what both sides cover.
     pub(super) interior_pixels: u64,
     /// Those of them that lie amidst colours that the original does not show near them.
@@ -89,6 +91,7 @@ impl Totals {
         self.parallax.merge(&geometry.parallax.errors);
         self.silhouette.merge(&view.silhouette);
         self.color.merge(&view.color);
+        self.surface.merge(&view.surface);
         self.interior_pixels += view.stray.interior;
         self.stray_pixels += view.stray.stray.len() as u64;
         self.ssim.merge(&view.ssim);

@@ -3,8 +3,9 @@
 use super::gaps::gaps;
 use super::strays::strays;
 use super::subject::{Shape, Side, Subject};
+use super::surface::{SurfaceDifference, surface_difference};
 use crate::pictures;
-use farfield_bundle::Promise;
+use farfield_bundle::{Channels, Promise};
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
@@ -44,6 +45,8 @@ pub(super) struct ViewFigures {
     pub(super) covered_by_impostor: u64,
     pub(super) silhouette: SilhouetteDisplacement,
     pub(super) color: ColorDifference,
+    /// What an engine lights; empty where it lights nothing.
+    pub(super) surface: SurfaceDifference,
     pub(super) stray: StrayColors,
     pub(super) ssim: Distribution,
     /// Empty where FLIP is not built in.
@@ -110,6 +113,11 @@ pub(super) fn look(subject: &Subject<'_>, index: u64, view: u64) -> ViewFigures 
         colors: colors[i],
         ids: ids[i],
     });
+    let alike = alike(subject, &camera, &original.seen, &impostor.seen);
+    let of_alike = Picture {
+        colors: colors[1],
+        ids: &alike,
+    };
     ViewFigures {
         view,
         camera,
@@ -117,11 +125,44 @@ pub(super) fn look(subject: &Subject<'_>, index: u64, view: u64) -> ViewFigures 
         coverage: coverage(ids[0], ids[1]),
         covered_by_impostor: covered(ids[1]),
         silhouette: silhouette_displacement(ids[0], ids[1]),
-        color: color_difference(pictures[0], pictures[1], &region),
+        color: color_difference(pictures[0], of_alike, &region),
+        surface: match subject.channels {
+            Channels::Lit | Channels::Unlit => SurfaceDifference::default(),
+            Channels::Pbr => {
+                let seen = [&original.seen, &impostor.seen];
+                surface_difference(subject, &camera, seen, &alike, &region)
+            }
+        },
         stray: strays(subject, &camera, pictures[0], pictures[1]),
         ssim: ssim_errors(colors[0], colors[1], &region),
         flip: flip(colors, &region),
     }
+}
+
+/// What the impostor shows at each pixel where it shows the layer that the original's surface is in,
+/// else [`NONE`]. What is near is up to a texel wider in the impostor, so elsewhere it shows something
+/// else, and more so the fewer texels there are.
+fn alike(
+    subject: &Subject<'_>,
+    camera: &Camera,
+    original: &Visibility,
+    impostor: &Visibility,
+) -> Grid<u32> {
+    let [before, after] = [original, impostor].map(|seen| layers(subject, camera, seen));
+    let ids = impostor.objects.cells().iter();
+    let pairs = before.cells().iter().zip(after.cells());
+    let alike = ids.zip(pairs);
+    let alike = alike.map(|(id, (before, after))| if before == after { *id } else { NONE });
+    Grid::from_cells(
+        camera.width as usize,
+        camera.height as usize,
+        alike.collect(),
+    )
+}
+
+/// The layer at each pixel.
+fn layers(subject: &Subject<'_>, camera: &Camera, seen: &Visibility) -> Grid<u32> {
+    layer_indices(&seen.depth, camera, subject.reference(), &subject.borders)
 }
 
 #[cfg(feature = "flip")]
@@ -218,15 +259,9 @@ impl<'a> Sight<'a> {
         let Self {
             subject, camera, ..
         } = self;
-        let layers = |seen: &Visibility| {
-            layer_indices(&seen.depth, camera, subject.reference(), &subject.borders)
-        };
-        gaps(
-            subject,
-            camera,
-            &layers(self.original),
-            &layers(self.impostor),
-        )
+        let [original, impostor] =
+            [self.original, self.impostor].map(|seen| layers(subject, camera, seen));
+        gaps(subject, camera, &original, &impostor)
     }
 
     fn parallax(&self) -> ParallaxErrors {
