@@ -5,7 +5,7 @@ use crate::octahedral::{OctahedralImpostor, TexelSize, linear_bytes};
 use crate::picture::{Picture, over_background, render, write_png};
 use crate::planar::planar_impostor;
 use crate::simplified::{Budget, Method, simplify};
-use farfield_bundle::{Body, GLTF_FILE, LayeredBody, cost};
+use farfield_bundle::{GLTF_FILE, LayeredBody, cost};
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     Coverage, NONE, compared_region, coverage, covered_in_any_sample, flip_errors, gap_pixels,
@@ -173,7 +173,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
     let manifest = farfield_bundle::read(folder.path()).expect("the bundle is sound");
     let display = farfield_import::read(&folder.path().join(GLTF_FILE));
     let impostor = &manifest.impostors[0];
-    let Body::Layered(layered) = impostor.body.clone();
+    let layered = impostor.body.layers().clone();
     let subject = Subject {
         model,
         represented: impostor.represented,

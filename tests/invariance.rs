@@ -1,7 +1,7 @@
 //! Neither the unit nor the origin of a scene's coordinates matters.
 
 use crate::setup::{contents, options, write_glb};
-use farfield_bundle::{Body, LayeredBody, Manifest};
+use farfield_bundle::{LayeredBody, Manifest};
 use farfield_scene::{Material, Mesh, Object, Scene};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use proptest::prelude::*;
@@ -16,7 +16,7 @@ struct Made {
 
 impl Made {
     fn body(&self) -> &LayeredBody {
-        let Body::Layered(body) = &self.manifest.impostors[0].body;
+        let body = self.manifest.impostors[0].body.layers();
         body
     }
 }

@@ -16,4 +16,5 @@ mod outliers;
 mod sabotage;
 mod setup;
 mod sides;
+mod tdm;
 mod town;

@@ -5,7 +5,7 @@
 use crate::setup::{options, verified};
 use farfield_atlas::pack;
 use farfield_bundle::{
-    Body, CERTIFICATE_FILE, CertificateState, GLTF_FILE, LayeredBody, Manifest, NewFile, Promise,
+    CERTIFICATE_FILE, CertificateState, GLTF_FILE, LayeredBody, Manifest, NewFile, Promise,
     SceneSource, ViewSpace, cost, encode_png, glb_from_scene, read_certificate, sha256_hex,
 };
 use farfield_grid::Grid;
@@ -194,7 +194,7 @@ impl Bundle {
     }
 
     fn body(&self) -> &LayeredBody {
-        let Body::Layered(body) = &self.manifest.impostors[0].body;
+        let body = self.manifest.impostors[0].body.layers();
         body
     }
 

@@ -120,7 +120,9 @@ impl BitMask {
             }
             for other in [y.checked_sub(1), Some(y + 1).filter(|y| *y < self.height)] {
                 let words = other.map_or(&[][..], |y| self.row(y));
-                row.iter_mut().zip(words).for_each(|(word, more)| *word |= more);
+                row.iter_mut()
+                    .zip(words)
+                    .for_each(|(word, more)| *word |= more);
             }
             dilated.set_row(y, &row);
         }

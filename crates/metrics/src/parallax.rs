@@ -153,15 +153,22 @@ pub fn mesh_parallax(
             continue;
         }
         let (x, y) = (i % depth.width(), i / depth.width());
-        let (pixel, place) = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5), [x as u32, y as u32]);
-        let point = camera.pose.point_in_world(camera.view_from_pixel(pixel, depth[(x, y)]));
+        let (pixel, place) = (
+            DVec2::new(x as f64 + 0.5, y as f64 + 0.5),
+            [x as u32, y as u32],
+        );
+        let point = camera
+            .pose
+            .point_in_world(camera.view_from_pixel(pixel, depth[(x, y)]));
         let error = nearest(point).and_then(|shown| {
             let in_view = camera.pose.point_in_view(shown);
             let error = camera.pixel_from_view(in_view).distance(pixel);
             (in_view.z > 0.0 && error.is_finite()).then_some(error)
         });
         let is_above = error.is_none_or(|error| error > limit);
-        let nearer = is_above.then(|| nearer_layer(&layers, &shown, [x, y])).flatten();
+        let nearer = is_above
+            .then(|| nearer_layer(&layers, &shown, [x, y]))
+            .flatten();
         if nearer.is_some_and(|layer| shows(&layers, [x, y], layer) || touches(place, layer)) {
             result.hidden += 1;
             continue;

@@ -20,8 +20,8 @@ mod nearest;
 mod trace;
 
 pub use geometry::seen_bounds;
-pub use nearest::NearestPoints;
 pub use light::{Lighting, lit_color};
+pub use nearest::NearestPoints;
 pub use rasterize::{NONE, Visibility, rasterize, shade, surfaces};
 
 pub use record::{Foliage, LayerMasks, Recording, Sample, record, sample_colors, sample_surfaces};

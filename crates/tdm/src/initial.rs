@@ -216,8 +216,7 @@ fn back(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
     let layer = between.layer;
     let goes_on = |([dx, dy], _): ([i32; 2], _)| between.is_wall_behind([at[0] + dx, at[1] + dy]);
     let nearer = between.two_before[((at[0] + 1) as usize, (at[1] + 1) as usize)];
-    let is_seen =
-        nearer != NONE && between.is_passed(at, true) && SIDES.into_iter().any(goes_on);
+    let is_seen = nearer != NONE && between.is_passed(at, true) && SIDES.into_iter().any(goes_on);
     is_seen.then(|| {
         let mut corners = SIDES.map(|(_, [from, _])| corner(at, from, layer - 1));
         corners.reverse();
@@ -225,7 +224,7 @@ fn back(between: &Between<'_>, at: [i32; 2]) -> Option<Face> {
             kind: Kind::Back,
             corners,
             voxels: [between.pair(at)[0]; 4],
-            }
+        }
     })
 }
 
@@ -325,7 +324,10 @@ fn midst(
     let borders = border_of(faces, corners, steps.len(), voxels);
     let place = |of_one: &[[u32; 2]]| {
         let vertex = of_one[0][0] as usize;
-        let sum: Vec3 = of_one.iter().map(|[_, voxel]| points[*voxel as usize]).sum();
+        let sum: Vec3 = of_one
+            .iter()
+            .map(|[_, voxel]| points[*voxel as usize])
+            .sum();
         let mean = sum / of_one.len() as f32;
         match borders[vertex] {
             Border::No => mean,
@@ -595,7 +597,10 @@ mod tests {
         // Vertices less edges plus faces: a disk.
         let characteristic = mesh.positions.len() + mesh.triangles.len() - edges.len();
         assert_eq!(characteristic, 1);
-        let inner = mesh.positions.iter().filter(|p| p.y > 0.0 && p.y < 4.0 && p.x > 1.0 && p.x < 5.0);
+        let inner = mesh
+            .positions
+            .iter()
+            .filter(|p| p.y > 0.0 && p.y < 4.0 && p.x > 1.0 && p.x < 5.0);
         inner.for_each(|p| assert!((p.x - p.z).abs() < 1e-5, "{p}"));
     }
 }

@@ -41,7 +41,11 @@ impl VoxelLayers<'_> {
     ///
     /// When there are not as many borders as layers and one.
     pub fn boxes(&self, enlarged: f32) -> Vec<Cuboid> {
-        assert_eq!(self.borders.len(), self.layers.len() + 1, "borders of layers");
+        assert_eq!(
+            self.borders.len(),
+            self.layers.len() + 1,
+            "borders of layers"
+        );
         let count = self.layers.iter().map(Vec::len).sum();
         let mut boxes = Vec::with_capacity(count);
         for (l, layer) in self.layers.iter().enumerate() {

@@ -57,7 +57,11 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
     let (mut contracted, mut refused) = (0, 0);
     for (enlarged, border) in [(1.0, ROUNDING), (enlarged, enlarged / 2.0)] {
         work.boxes = voxels.boxes(enlarged);
-        work.reach = work.boxes.iter().map(|b| b.half).fold(Vec3::ZERO, Vec3::max);
+        work.reach = work
+            .boxes
+            .iter()
+            .map(|b| b.half)
+            .fold(Vec3::ZERO, Vec3::max);
         work.border = border;
         let [made, failed] = work.contract_all();
         contracted += made;
@@ -210,8 +214,7 @@ impl Work {
             [] if roots.len() == 1 => Surroundings::Inside,
             [(a, of_a), (b, of_b)] if of_a == of_b => {
                 // Each surface lies between the two; none touches only the vertex.
-                let mut reached: Vec<u32> =
-                    at_ends.iter().map(|i| root(&mut joined, *i)).collect();
+                let mut reached: Vec<u32> = at_ends.iter().map(|i| root(&mut joined, *i)).collect();
                 reached.sort_unstable();
                 reached.dedup();
                 match reached == roots {
@@ -394,10 +397,12 @@ impl Work {
     }
 
     fn is_in_voxel(&self, place: Vec3) -> bool {
-        self.index.near(place, self.reach + ROUNDING.sqrt()).any(|(id, center)| {
-            let reach = self.boxes[id as usize].half + ROUNDING.sqrt();
-            (place - center).abs().cmple(reach).all()
-        })
+        self.index
+            .near(place, self.reach + ROUNDING.sqrt())
+            .any(|(id, center)| {
+                let reach = self.boxes[id as usize].half + ROUNDING.sqrt();
+                (place - center).abs().cmple(reach).all()
+            })
     }
 
     /// Whether an edge lies in enlarged voxels as a whole.
@@ -410,7 +415,9 @@ impl Work {
         for i in 0..steps as usize {
             // All boxes that reach into this piece.
             let [from, to] = [i, i + 1].map(|i| a + step * i as f32);
-            let near = self.index.near((from + to) / 2.0, self.reach + step.abs() / 2.0);
+            let near = self
+                .index
+                .near((from + to) / 2.0, self.reach + step.abs() / 2.0);
             let boxes = near.map(|(id, _)| &self.boxes[id as usize]);
             intervals.clear();
             intervals.extend(boxes.filter_map(|place| interval_in_box(from, to, place)));
@@ -459,8 +466,8 @@ const ROUNDING: f32 = 1e-5;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::blobs;
     use crate::initial_mesh;
+    use crate::testing::blobs;
     use farfield_grid::BitMask;
     use proptest::prelude::*;
     use std::collections::BTreeMap;

@@ -15,9 +15,7 @@ use farfield_pages::{
     ALPHA_CUTOFF, GUTTER, LayerTexels, LightPages, Patch, blank_page, make_lit, paint, quad_scene,
 };
 use farfield_quads::{Price, cover};
-use farfield_sampling::{
-    Foliage, Lighting, Recording, Textures, sample_colors, sample_surfaces,
-};
+use farfield_sampling::{Foliage, Lighting, Recording, Textures, sample_colors, sample_surfaces};
 use farfield_scene::{AlphaMode, Scene};
 use farfield_views::Camera;
 use rayon::prelude::*;

@@ -14,15 +14,15 @@ use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow};
 use farfield_bundle::{
-    Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
-    Statistics, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
+    Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
+    Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
 };
 use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::{Foliage, Textures};
 use farfield_scene::{AlphaMode, Scene};
-use recording::Settings;
 pub(crate) use layered::shown_from;
 use rayon::prelude::*;
+use recording::Settings;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -139,6 +139,8 @@ pub struct BakeReport {
     pub atlas_bytes: u64,
     /// Vertices and indices of the impostors.
     pub geometry_bytes: u64,
+    /// Triangles of the meshes before they were simplified; 0 where there are none.
+    pub initial_triangles: u64,
     /// Opaque texels recorded, in all layers.
     pub texels_recorded: u64,
     /// Opaque texels that the view cell can see.
@@ -221,9 +223,15 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         let settings = settings(options, part);
         let dump = dumped.as_mut();
         let one = match options.making {
-            Making::Layered { bytes_per_quad } => {
-                layered::bake(&name, part, &textures, &settings, bytes_per_quad, dump, console)
-            }
+            Making::Layered { bytes_per_quad } => layered::bake(
+                &name,
+                part,
+                &textures,
+                &settings,
+                bytes_per_quad,
+                dump,
+                console,
+            ),
             Making::Tdm { enlarged } => {
                 tdm::bake(&name, part, &textures, &settings, enlarged, dump, console)
             }
@@ -278,7 +286,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     }
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
 
-    summarise(&statistics, &dir, console);
+    summarise(&statistics, &manifest.impostors, &dir, console);
     let impostors = manifest.impostors.iter().map(|one| {
         let body = one.body.layers();
         ImpostorReport {
@@ -298,6 +306,9 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         draw_calls: statistics.after.draw_calls,
         atlas_bytes: statistics.after.texture_bytes,
         geometry_bytes: statistics.after.geometry_bytes,
+        initial_triangles: meshes(&manifest.impostors)
+            .map(|m| m.initial_triangles)
+            .sum(),
         texels_recorded: statistics.texels_recorded,
         texels_kept: statistics.texels_kept,
         peak_rss_bytes: peak_rss_bytes(),
@@ -514,7 +525,20 @@ fn encode(display: &Scene) -> Result<Vec<NewFile>> {
     Ok(rayon::iter::once(glb).chain(pages).collect())
 }
 
-fn summarise(statistics: &Statistics, dir: &std::path::Path, console: &Console) {
+/// The meshes among impostors.
+fn meshes(impostors: &[Impostor]) -> impl Iterator<Item = &TdmBody> {
+    impostors.iter().filter_map(|one| match &one.body {
+        Body::Tdm(mesh) => Some(mesh),
+        Body::Layered(_) => None,
+    })
+}
+
+fn summarise(
+    statistics: &Statistics,
+    impostors: &[Impostor],
+    dir: &std::path::Path,
+    console: &Console,
+) {
     let Statistics { before, after, .. } = statistics;
     let kept = statistics.texels_kept as f64 / statistics.texels_recorded.max(1) as f64;
     let row = |name: &str, of: fn(&Cost) -> u64| {
@@ -536,5 +560,11 @@ fn summarise(statistics: &Statistics, dir: &std::path::Path, console: &Console) 
         kept * 100.0,
         statistics.texels_recorded
     ));
+    for mesh in meshes(impostors) {
+        console.say(format_args!(
+            "  mesh of {} triangles, at first {}, in {} pieces and {} charts",
+            mesh.triangles, mesh.initial_triangles, mesh.pieces, mesh.charts
+        ));
+    }
     console.say(format_args!("  bundle in {}", dir.display()));
 }

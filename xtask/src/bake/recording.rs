@@ -9,9 +9,7 @@ use farfield_grid::BitMask;
 use farfield_layers::{
     Bounds, LayerStack, PromisedCamera, corners_in_view, reference_view_of_hull, stack,
 };
-use farfield_sampling::{
-    Foliage, Recording, Sample, Textures, rasterize, record, seen_bounds,
-};
+use farfield_sampling::{Foliage, Recording, Sample, Textures, rasterize, record, seen_bounds};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
@@ -197,4 +195,3 @@ pub(crate) fn texels_sha256(positions: &[[u16; 2]]) -> String {
         .collect();
     farfield_bundle::sha256_hex(&bytes)
 }
-

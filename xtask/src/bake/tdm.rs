@@ -15,9 +15,7 @@ use farfield_bundle::{Body, Channels, Impostor, NewFile, TdmBody};
 use farfield_grid::{BitMask, Grid};
 use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_sampling::{Lighting, Recording, Textures, sample_colors};
-use farfield_scene::{
-    AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap,
-};
+use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
 use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
 use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -50,17 +48,25 @@ pub(super) fn bake(
     let (width, height) = (stack.width, stack.height);
     let camera = recording_camera(&stack);
     let recording = console.stage("record", || {
-        let Settings { cell, hull, camera, .. } = settings;
+        let Settings {
+            cell, hull, camera, ..
+        } = settings;
         let mut recording = record_layers(scene, textures, &stack, cell, settings.foliage);
         // Nobody looks through a back from behind, so whoever could has been stopped before.
         if !shows_backs(scene, textures, cell, hull, camera) {
-            recording.samples.iter_mut().for_each(|sample| sample.occludes = true);
+            recording
+                .samples
+                .iter_mut()
+                .for_each(|sample| sample.occludes = true);
         }
         recording
     });
     let (reached, visible) = console.stage("cull", || {
         let reached = widened(&recording, reached(&recording, width, height));
-        let touched: Vec<BitMask> = reached.iter().map(|mask| mask.dilated().dilated()).collect();
+        let touched: Vec<BitMask> = reached
+            .iter()
+            .map(|mask| mask.dilated().dilated())
+            .collect();
         let visible = visible(&recording, &touched);
         (reached, visible)
     });
@@ -86,8 +92,10 @@ pub(super) fn bake(
     let grid = VoxelGrid::new(&stack, &projection, &visible, reached);
     let voxels = grid.layers();
     let points = projection.points(scene, &visible.samples);
-    let initial = console.stage("connect", || initial_mesh(&voxels, &points, enlarged as f32));
-    let simple = console.stage("simplify", || {
+    let initial = console.stage("connect", || {
+        initial_mesh(&voxels, &points, enlarged as f32)
+    });
+    let mut simple = console.stage("simplify", || {
         simplify(&initial, &voxels, enlarged as f32).mesh
     });
     let world: Vec<DVec3> = simple
@@ -95,6 +103,13 @@ pub(super) fn bake(
         .iter()
         .map(|p| projection.point_in_world(p.as_dvec3()))
         .collect();
+    let [min, max] = part.represented;
+    let origin = (min + max) / 2.0;
+    // Clients drop what has no area in the file.
+    simple.triangles.retain(|t| {
+        let [a, b, c] = t.map(|v| (world[v as usize] - origin).as_vec3());
+        (b - a).cross(c - a) != Vec3::ZERO
+    });
     let (charts, atlas) = console.stage("lay out", || {
         let densities: Vec<f32> = simple
             .triangles
@@ -102,7 +117,10 @@ pub(super) fn bake(
             .map(|t| projection.stretch(t.map(|v| simple.positions[v as usize])))
             .collect();
         let charts = charts(&simple.positions, &simple.triangles, &densities, GUTTER);
-        let sizes: Vec<[u32; 2]> = charts.iter().map(|chart| [chart.width, chart.height]).collect();
+        let sizes: Vec<[u32; 2]> = charts
+            .iter()
+            .map(|chart| [chart.width, chart.height])
+            .collect();
         pack(&sizes, settings.page_size).map(|atlas| (charts, atlas))
     })?;
     let pages = console.stage("paint", || {
@@ -115,9 +133,15 @@ pub(super) fn bake(
         };
         painter.pages(&charts, &atlas)
     });
-    let [min, max] = part.represented;
-    let origin = (min + max) / 2.0;
-    let display = display(name, &simple.triangles, &world, origin, &charts, &atlas, &pages);
+    let display = display(
+        name,
+        &simple.triangles,
+        &world,
+        origin,
+        &charts,
+        &atlas,
+        &pages,
+    );
     let body = TdmBody {
         recorded: description(&stack, &recording, &visible),
         initial_triangles: initial.triangles.len() as u64,
@@ -147,15 +171,18 @@ const INTO_SHADOW: usize = 3;
 /// The texels that lines of sight reach, and of those that are free the ones beside them: as far as
 /// nothing lies in between.
 fn widened(recording: &Recording, mut reached: Vec<BitMask>) -> Vec<BitMask> {
-    reached.par_iter_mut().enumerate().for_each(|(layer, reached)| {
-        let (width, height) = (reached.width() as u32, reached.height() as u32);
-        let recorded = recording.masks(layer, width, height).opaque;
-        for _ in 0..INTO_SHADOW {
-            let mut free = BitMask::empty(reached.width(), reached.height());
-            free.insert_all(reached, &recorded);
-            reached.insert_all(&free.dilated(), &recorded);
-        }
-    });
+    reached
+        .par_iter_mut()
+        .enumerate()
+        .for_each(|(layer, reached)| {
+            let (width, height) = (reached.width() as u32, reached.height() as u32);
+            let recorded = recording.masks(layer, width, height).opaque;
+            for _ in 0..INTO_SHADOW {
+                let mut free = BitMask::empty(reached.width(), reached.height());
+                free.insert_all(reached, &recorded);
+                reached.insert_all(&free.dilated(), &recorded);
+            }
+        });
     reached
 }
 
@@ -193,7 +220,9 @@ impl Painter<'_> {
         let color = |texel: &farfield_tdm::ChartTexel| {
             // As a client shows it: affine in the world over each triangle.
             let corners = self.triangles[texel.triangle as usize].map(|v| self.world[v as usize]);
-            let point = (0..3).map(|i| corners[i] * f64::from(texel.weights[i])).sum();
+            let point = (0..3)
+                .map(|i| corners[i] * f64::from(texel.weights[i]))
+                .sum();
             let place = self.projection.place(point).as_vec3();
             ([texel.x, texel.y], self.color(place))
         };

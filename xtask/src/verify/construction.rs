@@ -83,7 +83,10 @@ fn check_mesh(subject: &Subject<'_>, mesh: &MeshShape) -> Vec<String> {
     let triangles = subject.impostor.scene.drawn_triangles();
     let is_other = triangles != mesh.body.triangles;
     let fault = is_other.then(|| {
-        format!("the mesh has {triangles} triangles, not the {} that were baked", mesh.body.triangles)
+        format!(
+            "the mesh has {triangles} triangles, not the {} that were baked",
+            mesh.body.triangles
+        )
     });
     fault.into_iter().collect()
 }

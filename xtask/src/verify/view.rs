@@ -10,8 +10,8 @@ use farfield_grid::{BitMask, Grid};
 use farfield_metrics::{
     ColorDifference, Coverage, Distribution, NONE, ParallaxErrors, Picture, RecordedFrom,
     SilhouetteDisplacement, StrayColors, color_difference, compared_region, coverage,
-    covered_in_any_sample, layer_indices, mesh_parallax, parallax, phantom_pixels, silhouette_displacement,
-    ssim_errors,
+    covered_in_any_sample, layer_indices, mesh_parallax, parallax, phantom_pixels,
+    silhouette_displacement, ssim_errors,
 };
 use farfield_sampling::{Foliage, Lighting, Visibility, rasterize, record, shade};
 use farfield_scene::Scene;
@@ -279,11 +279,27 @@ impl<'a> Sight<'a> {
             Shape::Layers(tracer) => {
                 let eye = reference.eye;
                 let meet = |direction, range| tracer.nearest_to_range(eye, direction, range);
-                parallax(original, impostor, self.camera, &recorded, limit, meet, touches)
+                parallax(
+                    original,
+                    impostor,
+                    self.camera,
+                    &recorded,
+                    limit,
+                    meet,
+                    touches,
+                )
             }
             Shape::Mesh(mesh) => {
                 let nearest = |point| mesh.nearest(point);
-                mesh_parallax(original, impostor, self.camera, &recorded, limit, nearest, touches)
+                mesh_parallax(
+                    original,
+                    impostor,
+                    self.camera,
+                    &recorded,
+                    limit,
+                    nearest,
+                    touches,
+                )
             }
         }
     }
