@@ -16,8 +16,7 @@ struct Made {
 
 impl Made {
     fn body(&self) -> &LayeredBody {
-        let body = self.manifest.impostors[0].body.layers();
-        body
+        self.manifest.impostors[0].body.layers()
     }
 }
 

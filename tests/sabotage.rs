@@ -194,8 +194,7 @@ impl Bundle {
     }
 
     fn body(&self) -> &LayeredBody {
-        let body = self.manifest.impostors[0].body.layers();
-        body
+        self.manifest.impostors[0].body.layers()
     }
 
     /// The centre of what is represented.

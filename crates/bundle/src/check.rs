@@ -513,7 +513,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 51] = [
+        let damages: [(&str, Damage); 52] = [
             ("format", |m| {
                 m.format = "other".into();
             }),

@@ -44,7 +44,7 @@ impl NearestPoints {
         let mut waiting = Vec::with_capacity(64);
         let to_box = |index: u32| {
             let aabb = self.nodes[index as usize].aabb();
-            let [min, max] = [aabb.min, aabb.max].map(|corner| DVec3::from(corner.as_dvec3()));
+            let [min, max] = [aabb.min, aabb.max].map(|corner| corner.as_dvec3());
             (place.clamp(min, max).distance_squared(place), index)
         };
         if !self.nodes.is_empty() {

@@ -62,6 +62,10 @@ impl VoxelIndex {
 
     /// The voxels that a place shows, and how much of each: linearly less with the distance of their
     /// centres along each axis, up to a voxel; or the nearest where none is so near.
+    ///
+    /// # Panics
+    ///
+    /// When there are no voxels, or the place is farther from all of them than any grid is large.
     pub fn blended(&self, place: Vec3) -> Vec<(u32, f32)> {
         let distance = |center: Vec3| (place - center).abs();
         let weight = |(id, center): (u32, Vec3)| {

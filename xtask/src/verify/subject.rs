@@ -53,7 +53,7 @@ pub(super) enum Shape {
     /// On quads in the layers, where rays from the reference viewpoint meet them.
     Layers(Tracer),
     /// On a mesh that passes near it.
-    Mesh(MeshShape),
+    Mesh(Box<MeshShape>),
 }
 
 /// A mesh in the warped grid.
@@ -122,9 +122,9 @@ impl<'a> Subject<'a> {
         require_same_box(impostor.represented, part.represented)?;
         let stack = stack_of(body);
         let shape = match (&impostor.body, &manifest.technique) {
-            (Body::Tdm(mesh), Technique::Tdm { enlarged, .. }) => {
-                Shape::Mesh(MeshShape::new(mesh, *enlarged, &stack, quads.scene))
-            }
+            (Body::Tdm(mesh), Technique::Tdm { enlarged, .. }) => Shape::Mesh(Box::new(
+                MeshShape::new(mesh, *enlarged, &stack, quads.scene),
+            )),
             _ => Shape::Layers(Tracer::new(quads.scene)),
         };
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
