@@ -478,7 +478,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut Manifest);
-        let damages: [(&str, Damage); 49] = [
+        let damages: [(&str, Damage); 50] = [
             ("format", |m| {
                 m.format = "other".into();
             }),
