@@ -120,20 +120,12 @@ fn what_is_far_surrounds_the_cell_without_a_seam() {
 #[test]
 fn quads_that_are_missing_at_a_seam_are_found() {
     let folder = tempfile::tempdir().unwrap();
-    let dir = folder.path().join("bundle");
-    let (file, options) = (
-        folder.path().join("hall.glb"),
-        BakeOptions {
-            arrangement: Arrangement::Far(5.0),
-            ..options_in_cell(
-                SceneChoice::File(folder.path().join("hall.glb")),
-                "box:0,0,0:2,2,2",
-                96,
-                &dir,
-            )
-        },
-    );
-    std::fs::write(file, glb_from_scene(&hall(), &[]).unwrap()).unwrap();
+    let (file, dir) = (folder.path().join("hall.glb"), folder.path().join("bundle"));
+    std::fs::write(&file, glb_from_scene(&hall(), &[]).unwrap()).unwrap();
+    let options = BakeOptions {
+        arrangement: Arrangement::Far(5.0),
+        ..options_in_cell(SceneChoice::File(file), "box:0,0,0:2,2,2", 96, &dir)
+    };
     bake(&options, &Console::Silent).unwrap();
     let mut display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
     let quads = &mut display.meshes[0].triangles;
