@@ -4,7 +4,7 @@ use crate::setup::{model, options, options_in_cell, verified};
 use farfield_bundle::{Body, GLTF_FILE, Manifest, NewFile, TdmBody};
 use farfield_scene::Scene;
 use std::path::Path;
-use xtask::{BakeOptions, BuiltIn, Channels, Console, Making, SceneChoice, bake};
+use xtask::{BakeOptions, BuiltIn, Channels, Console, Limits, Making, SceneChoice, bake};
 
 fn mesh_of(scene: SceneChoice, resolution: u32, enlarged: f64, out: &Path) -> BakeOptions {
     BakeOptions {
@@ -160,4 +160,44 @@ fn the_truck_is_kept() {
     bake(&options, &Console::Silent).unwrap();
     let found = verified(&dir, 27);
     assert!(found.holds, "{:?}", found.broken);
+}
+
+/// Limits are met by larger quads or voxels than were asked for; where that is not enough, nothing is
+/// written, and what is missed is told.
+#[test]
+fn limits_are_met_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("bundle");
+    let house = || SceneChoice::BuiltIn(BuiltIn::House);
+    let makings = [
+        Making::Layered {
+            bytes_per_quad: 104.0,
+        },
+        Making::Tdm { enlarged: 1.0 },
+    ];
+    for making in makings {
+        let unlimited = BakeOptions {
+            making,
+            ..options(house(), 96, &dir)
+        };
+        let free = bake(&unlimited, &Console::Silent).unwrap();
+        let limited = |triangles: u64| BakeOptions {
+            limits: Limits {
+                triangles: Some(triangles),
+                bytes: None,
+            },
+            ..unlimited.clone()
+        };
+        let most = free.triangles_out * 9 / 10;
+        let report = bake(&limited(most), &Console::Silent).unwrap();
+        assert!(report.triangles_out <= most);
+        assert_ne!(farfield_bundle::read(&dir).unwrap().technique, {
+            bake(&unlimited, &Console::Silent).unwrap();
+            farfield_bundle::read(&dir).unwrap().technique
+        });
+        std::fs::remove_dir_all(&dir).unwrap();
+        let error = format!("{:#}", bake(&limited(1), &Console::Silent).unwrap_err());
+        assert!(error.contains("more than --max-triangles 1"), "{error}");
+        assert!(!dir.exists());
+    }
 }

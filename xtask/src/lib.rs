@@ -13,7 +13,9 @@ mod view_cell;
 mod view_space;
 mod voxels;
 
-pub use bake::{Arrangement, BakeOptions, BakeReport, ImpostorReport, Making, bake, recording};
+pub use bake::{
+    Arrangement, BakeOptions, BakeReport, ImpostorReport, Limits, Making, bake, recording,
+};
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
 pub use farfield_bundle::Channels;

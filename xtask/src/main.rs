@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, Making, SceneChoice,
-    VerifyOptions, VerifyReport, ViewCellSpec, bake, verify,
+    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, Limits, Making,
+    SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake, verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -69,6 +69,13 @@ struct BakeArgs {
     /// it is asked whether the mesh touches it, from 1 to 2. More gives fewer triangles.
     #[arg(long, default_value_t = 1.5, value_name = "FACTOR", value_parser = enlargement)]
     enlarge: f64,
+    /// The most triangles that the impostors may have: larger quads, or larger voxels of meshes, are
+    /// tried to stay within it.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
+    max_triangles: Option<u64>,
+    /// The most bytes that uncompressed pages, vertices and indices may take.
+    #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..))]
+    max_bytes: Option<u64>,
     /// Longest side of an atlas page, in texels.
     #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(64..=16384))]
     page_size: u32,
@@ -176,6 +183,10 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
             Technique::Tdm => Making::Tdm {
                 enlarged: args.enlarge,
             },
+        },
+        limits: Limits {
+            triangles: args.max_triangles,
+            bytes: args.max_bytes,
         },
         page_size: args.page_size,
         foliage: match args.foliage {

@@ -2,6 +2,7 @@
 
 pub(crate) mod channels;
 mod layered;
+mod limits;
 pub mod recording;
 mod tdm;
 
@@ -12,7 +13,7 @@ use crate::parts::{self, Part};
 use crate::source::{self, SceneChoice};
 use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use farfield_bundle::{
     Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
@@ -21,6 +22,7 @@ use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::{Foliage, Textures};
 use farfield_scene::{AlphaMode, Scene};
 pub(crate) use layered::shown_from;
+pub use limits::Limits;
 use rayon::prelude::*;
 use recording::Settings;
 use std::path::PathBuf;
@@ -82,6 +84,8 @@ pub struct BakeOptions {
     pub exclude: Vec<String>,
     /// How impostors are made.
     pub making: Making,
+    /// What they may cost: larger quads or voxels than asked for are tried to stay within it.
+    pub limits: Limits,
     /// Longest side of an atlas page, in texels.
     pub page_size: u32,
     /// How masked materials are recorded.
@@ -107,6 +111,7 @@ impl BakeOptions {
             making: Making::Layered {
                 bytes_per_quad: 104.0,
             },
+            limits: Limits::default(),
             page_size: 4096,
             foliage: Foliage::Any,
             channels: Channels::Lit,
@@ -210,38 +215,28 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     ));
     let parts = parts::parts(scene, &space, &lens).with_context(in_scene)?;
     let textures = console.stage("prepare textures", || Textures::new(scene));
-    let mut dumped = options.dump.as_ref().map(|_| Vec::new());
-    let mut baked = Vec::new();
-    for part in &parts {
-        let name = match part.side {
-            Some(side) => format!("{name} {side}"),
-            None => name.clone(),
-        };
-        if part.side.is_some() {
-            console.say(format_args!("  impostor {name}"));
+    let mut best: Option<(f64, Making, Vec<Baked>, Option<Vec<NewFile>>)> = None;
+    for making in limits::tries(options.making, &options.limits) {
+        let mut dumped = options.dump.as_ref().map(|_| Vec::new());
+        let baked = bake_parts(&parts, &textures, options, making, dumped.as_mut(), console);
+        let baked = baked.with_context(in_scene)?;
+        let excess = options
+            .limits
+            .excess(&farfield_bundle::cost(&joined(&baked)));
+        if best.as_ref().is_none_or(|(least, ..)| excess < *least) {
+            best = Some((excess, making, baked, dumped));
         }
-        let settings = settings(options, part);
-        let dump = dumped.as_mut();
-        let one = match options.making {
-            Making::Layered { bytes_per_quad } => layered::bake(
-                &name,
-                part,
-                &textures,
-                &settings,
-                bytes_per_quad,
-                dump,
-                console,
-            ),
-            Making::Tdm { enlarged } => {
-                tdm::bake(&name, part, &textures, &settings, enlarged, dump, console)
-            }
-        };
-        baked.extend(one.with_context(in_scene)?);
+        if excess <= 1.0 {
+            break;
+        }
     }
-    if baked.is_empty() {
+    let (excess, making, baked, dumped) = best.expect("what is asked for is tried");
+    if excess > 1.0 {
+        let cost = farfield_bundle::cost(&joined(&baked));
         let error = anyhow!(
-            "nothing can be seen from the view cell: all triangles are single-sided and face away, \
-             or are transparent; move the cell, or make the materials double-sided"
+            "the smallest impostors that keep the promise have {}: lower the resolution, or move the \
+             view cell away",
+            options.limits.missed(&cost)
         );
         return Err(error.context(options.scene.to_string()));
     }
@@ -250,7 +245,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 
     let too_small = texels_too_small(baked.iter().map(|one| one.smallest_texel));
     let blended = blended_as_masked(scene);
-    let technique = technique(options);
+    let technique = technique(options, making);
     let promise = promise(scene, &space, &technique, too_small.clone());
     let warnings: Vec<String> = loaded
         .warnings
@@ -401,13 +396,13 @@ pub(crate) fn promise(
 }
 
 /// The technique as the manifest tells it.
-fn technique(options: &BakeOptions) -> Technique {
+fn technique(options: &BakeOptions, making: Making) -> Technique {
     let (page_size, channels) = (options.page_size, options.channels);
     let foliage = match options.foliage {
         Foliage::Any => farfield_bundle::Foliage::Any,
         Foliage::Centre => farfield_bundle::Foliage::Centre,
     };
-    match options.making {
+    match making {
         Making::Layered { bytes_per_quad } => Technique::Layered {
             bytes_per_quad,
             page_size,
@@ -431,6 +426,45 @@ fn has_one_sided(scene: &Scene) -> bool {
 fn has_masks(scene: &Scene) -> bool {
     let masks = |material: &u32| scene.materials[*material as usize].alpha.cutoff().is_some();
     scene.triangle_materials.iter().any(masks)
+}
+
+/// Bakes all parts that anything can be seen of.
+fn bake_parts(
+    parts: &[Part<'_>],
+    textures: &Textures<'_>,
+    options: &BakeOptions,
+    making: Making,
+    mut dump: Option<&mut Vec<NewFile>>,
+    console: &Console,
+) -> Result<Vec<Baked>> {
+    let name = options.scene.name();
+    let mut baked = Vec::new();
+    for part in parts {
+        let name = match part.side {
+            Some(side) => format!("{name} {side}"),
+            None => name.clone(),
+        };
+        if part.side.is_some() {
+            console.say(format_args!("  impostor {name}"));
+        }
+        let settings = settings(options, part);
+        let dump = dump.as_deref_mut();
+        baked.extend(match making {
+            Making::Layered {
+                bytes_per_quad: price,
+            } => layered::bake(&name, part, textures, &settings, price, dump, console)?,
+            Making::Tdm { enlarged } => {
+                tdm::bake(&name, part, textures, &settings, enlarged, dump, console)?
+            }
+        });
+    }
+    if baked.is_empty() {
+        bail!(
+            "nothing can be seen from the view cell: all triangles are single-sided and face away, \
+             or are transparent; move the cell, or make the materials double-sided"
+        );
+    }
+    Ok(baked)
 }
 
 /// What the impostor of a part is made for.
