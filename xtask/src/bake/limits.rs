@@ -43,10 +43,6 @@ impl Limits {
             .collect::<Vec<_>>()
             .join(" and ")
     }
-
-    fn are_none(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 fn bytes(cost: &Cost) -> u64 {
@@ -59,21 +55,18 @@ const PRICES: [f64; 6] = [104.0, 416.0, 1664.0, 6656.0, 26_624.0, 106_496.0];
 /// By how much voxels may be enlarged.
 const ENLARGED: [f64; 3] = [1.5, 1.75, 2.0];
 
-/// What is tried in turn until the limits are met: what was asked for, then larger quads, or larger
-/// voxels.
-pub(super) fn tries(asked: Making, limits: &Limits) -> Vec<Making> {
-    let others: Vec<Making> = match asked {
-        _ if limits.are_none() => Vec::new(),
+/// What is tried in turn where what was asked for costs too much: larger quads, or larger voxels.
+pub(super) fn cheaper(asked: Making) -> Vec<Making> {
+    match asked {
         Making::Layered { .. } => PRICES
+            .into_iter()
             .map(|bytes_per_quad| Making::Layered { bytes_per_quad })
-            .into(),
+            .filter(|other| *other != asked)
+            .collect(),
         Making::Tdm { enlarged: asked } => ENLARGED
             .into_iter()
             .filter(|enlarged| *enlarged > asked)
             .map(|enlarged| Making::Tdm { enlarged })
             .collect(),
-    };
-    std::iter::once(asked)
-        .chain(others.into_iter().filter(|other| *other != asked))
-        .collect()
+    }
 }

@@ -215,22 +215,37 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     ));
     let parts = parts::parts(scene, &space, &lens).with_context(in_scene)?;
     let textures = console.stage("prepare textures", || Textures::new(scene));
-    let mut best: Option<(f64, Making, Vec<Baked>, Option<Vec<NewFile>>)> = None;
-    for making in limits::tries(options.making, &options.limits) {
+    let attempt = |making| -> Result<Attempt> {
         let mut dumped = options.dump.as_ref().map(|_| Vec::new());
         let baked = bake_parts(&parts, &textures, options, making, dumped.as_mut(), console);
         let baked = baked.with_context(in_scene)?;
         let excess = options
             .limits
             .excess(&farfield_bundle::cost(&joined(&baked)));
-        if best.as_ref().is_none_or(|(least, ..)| excess < *least) {
-            best = Some((excess, making, baked, dumped));
-        }
-        if excess <= 1.0 {
-            break;
+        Ok(Attempt {
+            making,
+            baked,
+            dumped,
+            excess,
+        })
+    };
+    let mut best = attempt(options.making)?;
+    for making in limits::cheaper(options.making) {
+        if best.excess > 1.0 {
+            let other = attempt(making)?;
+            best = if other.excess < best.excess {
+                other
+            } else {
+                best
+            };
         }
     }
-    let (excess, making, baked, dumped) = best.expect("what is asked for is tried");
+    let Attempt {
+        making,
+        baked,
+        dumped,
+        excess,
+    } = best;
     if excess > 1.0 {
         let cost = farfield_bundle::cost(&joined(&baked));
         let error = anyhow!(
@@ -426,6 +441,16 @@ fn has_one_sided(scene: &Scene) -> bool {
 fn has_masks(scene: &Scene) -> bool {
     let masks = |material: &u32| scene.materials[*material as usize].alpha.cutoff().is_some();
     scene.triangle_materials.iter().any(masks)
+}
+
+/// All impostors of a bundle, made in one way.
+struct Attempt {
+    making: Making,
+    baked: Vec<Baked>,
+    /// Files that show the recorded layers, if they are asked for.
+    dumped: Option<Vec<NewFile>>,
+    /// How many times what is allowed they cost.
+    excess: f64,
 }
 
 /// Bakes all parts that anything can be seen of.
