@@ -44,31 +44,15 @@ pub fn quad_scene(
         patches.is_sorted_by_key(|patch| patch.page),
         "patches are not sorted by page"
     );
-    let mut scene = Scene::default();
-    for (i, page) in pages.iter().enumerate() {
-        scene.images.push(Image {
-            name: format!("{i:03}"),
-            width: page.width() as u32,
-            height: page.height() as u32,
-            texels: page.cells().to_vec(),
-        });
-        let wrap = [Wrap::ClampToEdge; 2];
-        scene.textures.push(Texture {
-            image: i as u32,
-            wrap,
-            filter: Filter::Linear,
-        });
-        scene.materials.push(Material {
-            name: format!("page {i}"),
-            base_color_texture: Some(i as u32),
-            metallic: 0.0,
-            alpha: AlphaMode::Mask {
-                cutoff: ALPHA_CUTOFF,
-            },
-            unlit: true,
-            ..Material::default()
-        });
-    }
+    let mask = Material {
+        metallic: 0.0,
+        alpha: AlphaMode::Mask {
+            cutoff: ALPHA_CUTOFF,
+        },
+        unlit: true,
+        ..Material::default()
+    };
+    let mut scene = page_scene(pages, &mask);
     for patch in patches {
         let page = &pages[patch.page as usize];
         add_quad(
@@ -80,9 +64,40 @@ pub fn quad_scene(
             page,
         );
     }
-    let vertices = 0..scene.positions.len() as u32;
+    place_as_object(&mut scene, name, origin);
+    scene
+}
+
+/// A scene without triangles that has a material for each page, in their order: `look`, with bilinear
+/// look-up in the page without levels of detail.
+pub fn page_scene(pages: &[Grid<[u8; 4]>], look: &Material) -> Scene {
+    let mut scene = Scene::default();
+    for (i, page) in pages.iter().enumerate() {
+        scene.images.push(Image {
+            name: format!("{i:03}"),
+            width: page.width() as u32,
+            height: page.height() as u32,
+            texels: page.cells().to_vec(),
+        });
+        scene.textures.push(Texture {
+            image: i as u32,
+            wrap: [Wrap::ClampToEdge; 2],
+            filter: Filter::Linear,
+        });
+        scene.materials.push(Material {
+            name: format!("page {i}"),
+            base_color_texture: Some(i as u32),
+            ..look.clone()
+        });
+    }
+    scene
+}
+
+/// Makes all triangles of a scene one mesh of one object, at a place in the world that their
+/// coordinates are relative to.
+pub fn place_as_object(scene: &mut Scene, name: &str, origin: DVec3) {
     scene.meshes.push(Mesh {
-        vertices,
+        vertices: 0..scene.positions.len() as u32,
         triangles: 0..scene.triangles.len() as u32,
     });
     scene.objects.push(Object {
@@ -90,7 +105,6 @@ pub fn quad_scene(
         mesh: 0,
         world_from_mesh: DAffine3::from_translation(origin),
     });
-    scene
 }
 
 fn add_quad(

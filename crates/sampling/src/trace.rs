@@ -30,15 +30,7 @@ pub struct Tracer {
 impl Tracer {
     /// Prepares all triangles of all objects.
     pub fn new(scene: &Scene) -> Self {
-        let triangles: Vec<[DVec3; 3]> = (0..scene.objects.len() as u32)
-            .flat_map(|object| {
-                let triangles = scene.mesh_of(object).triangles.clone();
-                triangles.map(move |triangle| {
-                    let vertices = scene.triangle_in(object, triangle);
-                    vertices.map(|vertex| scene.world_position(object, vertex))
-                })
-            })
-            .collect();
+        let triangles: Vec<[DVec3; 3]> = scene.triangles_in_world().collect();
         let [min, max] = scene.bounds().unwrap_or_default();
         let center = min.midpoint(max);
         // A single point has no size.

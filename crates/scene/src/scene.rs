@@ -97,6 +97,17 @@ impl Scene {
             .transform_point3(self.positions[vertex as usize].as_dvec3())
     }
 
+    /// Corners in the world of all triangles that are drawn, object by object.
+    pub fn triangles_in_world(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        (0..self.objects.len() as u32).flat_map(move |object| {
+            let triangles = self.mesh_of(object).triangles.clone();
+            triangles.map(move |triangle| {
+                let vertices = self.triangle_in(object, triangle);
+                vertices.map(|vertex| self.world_position(object, vertex))
+            })
+        })
+    }
+
     /// Number of triangles drawn, those of shared meshes once per object.
     pub fn drawn_triangles(&self) -> u64 {
         (0..self.objects.len() as u32)

@@ -219,14 +219,13 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         let mut dumped = options.dump.as_ref().map(|_| Vec::new());
         let baked = bake_parts(&parts, &textures, options, making, dumped.as_mut(), console);
         let baked = baked.with_context(in_scene)?;
-        let excess = options
-            .limits
-            .excess(&farfield_bundle::cost(&joined(&baked)));
+        let display = joined(&baked);
         Ok(Attempt {
             making,
+            excess: options.limits.excess(&farfield_bundle::cost(&display)),
             baked,
+            display,
             dumped,
-            excess,
         })
     };
     let mut best = attempt(options.making)?;
@@ -243,11 +242,12 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let Attempt {
         making,
         baked,
+        display,
         dumped,
         excess,
     } = best;
     if excess > 1.0 {
-        let cost = farfield_bundle::cost(&joined(&baked));
+        let cost = farfield_bundle::cost(&display);
         let error = anyhow!(
             "the smallest impostors that keep the promise have {}: lower the resolution, or move the \
              view cell away",
@@ -255,7 +255,6 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         );
         return Err(error.context(options.scene.to_string()));
     }
-    let display = joined(&baked);
     let files = console.stage("encode", || encode(&display))?;
 
     let too_small = texels_too_small(baked.iter().map(|one| one.smallest_texel));
@@ -447,6 +446,8 @@ fn has_masks(scene: &Scene) -> bool {
 struct Attempt {
     making: Making,
     baked: Vec<Baked>,
+    /// All of them.
+    display: Scene,
     /// Files that show the recorded layers, if they are asked for.
     dumped: Option<Vec<NewFile>>,
     /// How many times what is allowed they cost.

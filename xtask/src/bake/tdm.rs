@@ -14,10 +14,11 @@ use farfield_atlas::{Atlas, pack};
 use farfield_bundle::{Body, Channels, Impostor, NewFile, TdmBody};
 use farfield_grid::{BitMask, Grid};
 use farfield_layers::{corners_in_view, smallest_texel};
+use farfield_pages::{page_scene, place_as_object};
 use farfield_sampling::{Lighting, Recording, Textures, sample_colors};
-use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
+use farfield_scene::{AlphaMode, Material, Scene};
 use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
-use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 /// Texels round each chart: what bilinear filtering touches, and one more.
@@ -251,29 +252,14 @@ fn display(
     atlas: &Atlas,
     pages: &[Grid<[u8; 4]>],
 ) -> Scene {
-    let mut scene = Scene::default();
-    for (i, page) in pages.iter().enumerate() {
-        scene.images.push(Image {
-            name: format!("{i:03}"),
-            width: page.width() as u32,
-            height: page.height() as u32,
-            texels: page.cells().to_vec(),
-        });
-        scene.textures.push(Texture {
-            image: i as u32,
-            wrap: [Wrap::ClampToEdge; 2],
-            filter: Filter::Linear,
-        });
-        scene.materials.push(Material {
-            name: format!("page {i}"),
-            base_color_texture: Some(i as u32),
-            metallic: 0.0,
-            alpha: AlphaMode::Opaque,
-            double_sided: true,
-            unlit: true,
-            ..Material::default()
-        });
-    }
+    let look = Material {
+        metallic: 0.0,
+        alpha: AlphaMode::Opaque,
+        double_sided: true,
+        unlit: true,
+        ..Material::default()
+    };
+    let mut scene = page_scene(pages, &look);
     let mut order: Vec<usize> = (0..charts.len()).collect();
     order.sort_by_key(|chart| atlas.placements[*chart].page);
     // A vertex has one place in a chart.
@@ -302,14 +288,6 @@ fn display(
             scene.triangle_materials.push(at.page);
         }
     }
-    scene.meshes.push(Mesh {
-        vertices: 0..scene.positions.len() as u32,
-        triangles: 0..scene.triangles.len() as u32,
-    });
-    scene.objects.push(Object {
-        name: name.into(),
-        mesh: 0,
-        world_from_mesh: DAffine3::from_translation(origin),
-    });
+    place_as_object(&mut scene, name, origin);
     scene
 }

@@ -73,7 +73,8 @@ const NEAR: f64 = 8.0;
 impl MeshShape {
     fn new(body: &TdmBody, enlarged: f64, stack: &LayerStack, mesh: &Scene) -> Self {
         let projection = Projection::of(stack);
-        let triangles: Vec<_> = triangles_in_world(mesh)
+        let triangles: Vec<_> = mesh
+            .triangles_in_world()
             .map(|corners| corners.map(|point| projection.place(point)))
             .collect();
         Self {
@@ -89,17 +90,6 @@ impl MeshShape {
         let found = self.points.nearest(self.projection.place(point), NEAR);
         found.map(|place| self.projection.point_in_world(place))
     }
-}
-
-/// The triangles of a scene.
-pub(super) fn triangles_in_world(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
-    (0..scene.objects.len() as u32).flat_map(move |object| {
-        let triangles = scene.mesh_of(object).triangles.clone();
-        triangles.map(move |triangle| {
-            let vertices = scene.triangle_in(object, triangle);
-            vertices.map(|vertex| scene.world_position(object, vertex))
-        })
-    })
 }
 
 /// Distinguishes verify's viewpoints from any that a bake may look from.
