@@ -1,9 +1,13 @@
 #![doc = include_str!("../README.md")]
 
 mod charts;
+mod faces;
+mod flaps;
 mod initial;
+mod joints;
 mod mesh;
 mod near;
+mod reach;
 mod simplify;
 #[cfg(test)]
 mod testing;

@@ -6,7 +6,7 @@ use crate::touch::{Target, interval_in_box};
 use crate::{Cuboid, Mesh, VoxelLayers};
 use glam::Vec3;
 use std::cmp::Reverse;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::BinaryHeap;
 
 /// A simplified mesh, and what it took.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,14 +55,8 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
     assert!(enlarged >= 1.0, "voxels cannot be enlarged by {enlarged}");
     let mut work = Work::new(mesh, voxels);
     let (mut contracted, mut refused) = (0, 0);
-    for (enlarged, border) in [(1.0, ROUNDING), (enlarged, enlarged / 2.0)] {
-        work.boxes = voxels.boxes(enlarged);
-        work.reach = work
-            .boxes
-            .iter()
-            .map(|b| b.half)
-            .fold(Vec3::ZERO, Vec3::max);
-        work.border = border;
+    for (enlarged, shrunk) in [(1.0, ROUNDING), (enlarged, enlarged / 3.0)] {
+        work.enlarge(voxels, enlarged, shrunk);
         let [made, failed] = work.contract_all();
         contracted += made;
         refused += failed;
@@ -73,21 +67,20 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
         refused,
     }
 }
+
 struct Work {
     index: VoxelIndex,
-    /// Voxels, enlarged.
+    /// What must be touched: voxels, enlarged, and places of vertices.
     boxes: Vec<Cuboid>,
     /// How far from its centre the thickest of them reaches.
     reach: Vec3,
-    /// How far a border may pass from where it was.
-    border: f32,
-    /// Where borders were at first, of each border edge (ends in ascending order) that stands for
-    /// more than itself.
-    passed: HashMap<[u32; 2], Vec<Vec3>>,
+    /// Where vertices were at first from which the mesh must not shrink.
+    places: Vec<Vec3>,
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
     voxels: Vec<Vec<u32>>,
+    held: Vec<bool>,
     /// Of each vertex its triangles; none where it is gone.
     around: Vec<Vec<u32>>,
     /// How often the triangles around each vertex have changed.
@@ -115,19 +108,38 @@ impl Work {
         for (i, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| around[*v as usize].push(i));
         }
+        let count: usize = voxels.layers.iter().map(Vec::len).sum();
+        let (mut places, mut standing) = (Vec::new(), mesh.voxels.clone());
+        for (vertex, _) in (0..).zip(&mesh.held).filter(|(_, is_on)| **is_on) {
+            let triangle: u32 = around[vertex as usize][0];
+            standing[triangle as usize].push((count + places.len()) as u32);
+            places.push(mesh.positions[vertex as usize]);
+        }
         Self {
             index: VoxelIndex::new(voxels),
             boxes: Vec::new(),
             reach: Vec3::ZERO,
-            border: 0.0,
-            passed: HashMap::new(),
+            places,
+            held: mesh.held.clone(),
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
-            voxels: mesh.voxels.clone(),
+            voxels: standing,
             changes: vec![0; around.len()],
             around,
             edges: BinaryHeap::new(),
         }
+    }
+
+    /// Enlarges voxels about their centres, and lets the mesh shrink by so much.
+    fn enlarge(&mut self, voxels: &VoxelLayers<'_>, enlarged: f32, shrunk: f32) {
+        self.boxes = voxels.boxes(enlarged);
+        let halves = self.boxes.iter().map(|place| place.half);
+        self.reach = halves.fold(Vec3::ZERO, Vec3::max);
+        let places = self.places.iter().map(|center| Cuboid {
+            center: *center,
+            half: Vec3::splat(shrunk),
+        });
+        self.boxes.extend(places);
     }
 
     /// Contracts edges until all are refused; returns how many contractions were made and refused.
@@ -277,10 +289,7 @@ impl Work {
         if ring.len() - new.len() != vanishing.len() + 2 {
             return false;
         }
-        let passed = border.map(|end| self.passed_by(gone, [kept, end]));
-        if let (Some(end), Some(passed)) = (border, &passed)
-            && !(self.passes(passed, [kept, end]) && self.is_covered([kept, end]))
-        {
+        if border.is_some_and(|end| !self.is_covered([kept, end])) {
             return false;
         }
         let Some(divided) = self.divided(around, &moved) else {
@@ -290,12 +299,6 @@ impl Work {
             return false;
         }
 
-        if let (Some(end), Some(passed)) = (border, passed) {
-            for v in [kept, end] {
-                self.passed.remove(&ascending([gone, v]));
-            }
-            self.passed.insert(ascending([kept, end]), passed);
-        }
         for triangle in &vanishing {
             for vertex in self.triangle(*triangle) {
                 self.around[vertex as usize].retain(|t| t != triangle);
@@ -364,27 +367,6 @@ impl Work {
         Some(divided)
     }
 
-    /// Where the border was that would lie between two vertices if the one between them were gone.
-    fn passed_by(&self, gone: u32, ends: [u32; 2]) -> Vec<Vec3> {
-        let mut all = vec![self.positions[gone as usize]];
-        for end in ends {
-            let passed = self.passed.get(&ascending([gone, end]));
-            all.extend(passed.into_iter().flatten());
-        }
-        all
-    }
-
-    /// Whether an edge passes all these places.
-    fn passes(&self, places: &[Vec3], ends: [u32; 2]) -> bool {
-        let [a, b] = ends.map(|v| self.positions[v as usize]);
-        let (along, most) = (b - a, self.border * self.border);
-        places.iter().all(|place| {
-            let from = *place - a;
-            let share = (from.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-            from.distance_squared(along * share) <= most
-        })
-    }
-
     /// Whether a triangle lies in enlarged voxels, as far as places about a voxel apart can tell.
     fn is_in_voxels(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let steps = |from: Vec3, to: Vec3| (to - from).abs().max_element().ceil().max(1.0) as u32;
@@ -438,16 +420,21 @@ impl Work {
 
     fn result(self) -> Mesh {
         let mut result = Mesh::default();
+        let count = (self.boxes.len() - self.places.len()) as u32;
         let mut moved = vec![None; self.positions.len()];
         for (triangle, voxels) in self.triangles.into_iter().zip(self.voxels) {
             let Some(triangle) = triangle else { continue };
             result.triangles.push(triangle.map(|vertex| {
                 *moved[vertex as usize].get_or_insert_with(|| {
                     result.positions.push(self.positions[vertex as usize]);
+                    result.held.push(self.held[vertex as usize]);
                     result.positions.len() as u32 - 1
                 })
             }));
-            result.voxels.push(voxels);
+            let is_voxel = |id: &u32| *id < count;
+            result
+                .voxels
+                .push(voxels.into_iter().filter(is_voxel).collect());
         }
         result
     }
@@ -488,8 +475,8 @@ mod tests {
     }
 
     proptest! {
-        /// No voxel that a triangle stood for is lost, by brute force; the mesh keeps its pieces and
-        /// holes; what is simplified is simple.
+        /// No voxel that a triangle stood for is lost, nor a vertex that was held, by brute force; the mesh
+        /// keeps its pieces and holes; what is simplified is simple.
         #[test]
         fn no_voxel_is_lost(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
@@ -507,20 +494,31 @@ mod tests {
                     .map(|(t, _)| t.map(|v| simple.positions[v as usize]));
                 prop_assert!(standing.any(|t| Target::new(t).touches(place)));
             }
+            let held = mesh.positions.iter().zip(&mesh.held).filter(|(_, held)| **held);
+            for (center, _) in held {
+                let place = Cuboid { center: *center, half: Vec3::splat(enlarged / 3.0) };
+                let mut all = simple.triangles.iter().map(|t| t.map(|v| simple.positions[v as usize]));
+                prop_assert!(all.any(|t| Target::new(t).touches(&place)), "shrunk from {center}");
+            }
             let again = simplify(simple, &layers, enlarged);
             prop_assert!(again.mesh.triangles.len() <= simple.triangles.len());
             prop_assert_eq!(simplify(&mesh, &layers, enlarged), found);
         }
 
-        /// Borders stay where voxels are: each lies in enlarged voxels as a whole.
+        /// Borders stay where voxels are: each that was not there at first lies in enlarged voxels as a
+        /// whole.
         #[test]
         fn borders_stay_in_voxels(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
             let boxes = layers.boxes(enlarged);
-            let simple = simplify(&initial_mesh(&layers, &blob.points(), enlarged), &layers, enlarged).mesh;
-            for ([a, b], count) in edges(&simple) {
-                if count == 1 {
-                    let [a, b] = [a, b].map(|v| simple.positions[v as usize]);
+            let mesh = initial_mesh(&layers, &blob.points(), enlarged);
+            let simple = simplify(&mesh, &layers, enlarged).mesh;
+            let places = |mesh: &Mesh, ends: [u32; 2]| ends.map(|v| mesh.positions[v as usize]);
+            let at_first: Vec<[Vec3; 2]> = edges(&mesh).keys().map(|ends| places(&mesh, *ends)).collect();
+            let was_there = |[a, b]: [Vec3; 2]| at_first.contains(&[a, b]) || at_first.contains(&[b, a]);
+            for (ends, count) in edges(&simple) {
+                let [a, b] = places(&simple, ends);
+                if count == 1 && !was_there([a, b]) {
                     for i in 0..=50 {
                         let point = a.lerp(b, i as f32 / 50.0);
                         let nearest = boxes.iter()

@@ -15,7 +15,7 @@ use farfield_bundle::{Body, Channels, Impostor, NewFile, TdmBody};
 use farfield_grid::{BitMask, Grid};
 use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
-use farfield_sampling::{Lighting, Recording, Textures, sample_colors};
+use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
 use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -63,12 +63,9 @@ pub(super) fn bake(
         recording
     });
     let (reached, visible) = console.stage("cull", || {
-        let reached = widened(&recording, reached(&recording, width, height));
-        let touched: Vec<BitMask> = reached
-            .iter()
-            .map(|mask| mask.dilated().dilated())
-            .collect();
-        let visible = visible(&recording, &touched);
+        let reached = reached(&recording, width, height);
+        let around: Vec<BitMask> = reached.par_iter().map(surroundings).collect();
+        let visible = visible(&recording, &around);
         (reached, visible)
     });
     if visible.samples.is_empty() {
@@ -164,27 +161,11 @@ pub(super) fn bake(
     }))
 }
 
-/// How far into shadows a mesh reaches, in texels. A line of sight that grazes what hides a surface from
-/// its neighbours meets it within a texel or two of the shadow's border, and the mesh may shrink by as
-/// much there and where it is hidden by.
-const INTO_SHADOW: usize = 3;
+/// How far meshes go into shadows and, at borders, know what is beside them, in texels.
+const INTO_SHADOW: usize = 8;
 
-/// The texels that lines of sight reach, and of those that are free the ones beside them: as far as
-/// nothing lies in between.
-fn widened(recording: &Recording, mut reached: Vec<BitMask>) -> Vec<BitMask> {
-    reached
-        .par_iter_mut()
-        .enumerate()
-        .for_each(|(layer, reached)| {
-            let (width, height) = (reached.width() as u32, reached.height() as u32);
-            let recorded = recording.masks(layer, width, height).opaque;
-            for _ in 0..INTO_SHADOW {
-                let mut free = BitMask::empty(reached.width(), reached.height());
-                free.insert_all(reached, &recorded);
-                reached.insert_all(&free.dilated(), &recorded);
-            }
-        });
-    reached
+fn surroundings(reached: &BitMask) -> BitMask {
+    (0..INTO_SHADOW).fold(reached.clone(), |mask, _| mask.dilated())
 }
 
 /// What the texels of a mesh's charts are painted from.
