@@ -210,7 +210,9 @@ mod tests {
         let path = folder.path().join("scene.glb");
         let refused = || read(&path).unwrap_err();
         assert!(matches!(refused(), ImportError::File { .. }));
-        for content in ["", "  ", "solid cube", "[]"] {
+        fs::write(&path, "").unwrap();
+        assert!(matches!(refused(), ImportError::Empty { .. }));
+        for content in ["  ", "solid cube", "[]"] {
             fs::write(&path, content).unwrap();
             assert!(
                 matches!(refused(), ImportError::Format { .. }),
