@@ -47,7 +47,15 @@ fn the_layers_are_those_that_were_recorded() {
     let visible = cull(&recording, stack.width, stack.height);
     let camera = recording_camera(&stack);
     let light = Lighting::default();
-    let colors = sample_colors(&scene, &textures, &camera, &recording.samples, &light);
+    let cell = settings.cell.corners();
+    let colors = sample_colors(
+        &scene,
+        &textures,
+        &camera,
+        &cell,
+        &recording.samples,
+        &light,
+    );
 
     let file = read_all_flat_layers_from_file(dump.join("house.exr")).unwrap();
     assert_eq!(file.layer_data.len(), stack.layers.len());

@@ -251,7 +251,7 @@ fn corners([min, max]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
 /// The box around all that a scene draws.
 pub(crate) fn represented_box(scene: &Scene) -> Result<[DVec3; 2]> {
     let Some([min, max]) = scene.bounds() else {
-        bail!("the scene has no triangles: there is nothing to bake");
+        bail!("the scene has no triangles, so there is nothing to bake; export it with its meshes");
     };
     let (extent, farthest) = (
         (max - min).max_element(),

@@ -94,6 +94,9 @@ pub struct WorstFigures {
     /// The mean signed colour difference a channel, over pixels covered by both, as a share of
     /// full intensity; to either side of 0.
     pub colour_bias: f64,
+    /// Pixels in the midst of colours that the original does not show anywhere near, as a share of
+    /// those inside of what both cover, in all views together.
+    pub stray_colours: f64,
     /// The mean FLIP error of the view where it is greatest, from 0 to 1; null where FLIP was not
     /// computed.
     pub flip: Option<f64>,

@@ -187,6 +187,7 @@ impl Certificate {
             ("silhouette_px", worst.silhouette_px),
             ("coverage_error", worst.coverage_error),
             ("colour_bias", worst.colour_bias),
+            ("stray_colours", worst.stray_colours),
             ("flip", worst.flip.unwrap_or(0.0)),
         ] {
             not_negative(figure, format_args!("worst.{name}"))?;

@@ -295,11 +295,17 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
 
 /// Certificates that pass the check, of the bundle whose manifest is given.
 pub(crate) fn certificates(manifest: &Manifest) -> impl Strategy<Value = Certificate> + use<> {
-    let figures = [lengths(), lengths(), lengths(), lengths()];
+    let figures = [lengths(), lengths(), lengths(), lengths(), lengths()];
     let flip = prop::option::of(0.0..=1.0f64);
     let worst = (any::<[u64; 2]>(), figures, flip).prop_map(
         |([gap_pixels, phantom_pixels], figures, flip)| {
-            let [parallax_px, silhouette_px, coverage_error, colour_bias] = figures;
+            let [
+                parallax_px,
+                silhouette_px,
+                coverage_error,
+                colour_bias,
+                stray_colours,
+            ] = figures;
             WorstFigures {
                 gap_pixels,
                 phantom_pixels,
@@ -307,6 +313,7 @@ pub(crate) fn certificates(manifest: &Manifest) -> impl Strategy<Value = Certifi
                 silhouette_px,
                 coverage_error,
                 colour_bias,
+                stray_colours,
                 flip,
                 worst_view: 0,
             }

@@ -44,6 +44,12 @@ pub enum ImportError {
         /// The file.
         path: PathBuf,
     },
+    /// The file has no content.
+    #[error("{}: is empty; fetch or export it again", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
     /// Something in a glTF file is wrong.
     #[error("{}: {error}", path.display())]
     Gltf {
@@ -81,7 +87,9 @@ pub fn read(path: &Path) -> Result<Imported, ImportError> {
         path: path.into(),
         error,
     };
-    if is_gltf(&bytes) {
+    if bytes.is_empty() {
+        Err(ImportError::Empty { path: path.into() })
+    } else if is_gltf(&bytes) {
         read_gltf(&bytes, &mut load).map_err(|error| ImportError::Gltf {
             path: path.into(),
             error,
@@ -185,6 +193,10 @@ mod tests {
             message.contains("none of glTF, GLB, PLY and OBJ"),
             "{message}"
         );
+        let path = folder.path().join("f.glb");
+        fs::write(&path, "").unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(message.contains("f.glb: is empty;"), "{message}");
         let path = folder.path().join("e.obj");
         fs::write(&path, "v 0 0\n").unwrap();
         let message = read(&path).unwrap_err().to_string();
@@ -198,7 +210,9 @@ mod tests {
         let path = folder.path().join("scene.glb");
         let refused = || read(&path).unwrap_err();
         assert!(matches!(refused(), ImportError::File { .. }));
-        for content in ["", "  ", "solid cube", "[]"] {
+        fs::write(&path, "").unwrap();
+        assert!(matches!(refused(), ImportError::Empty { .. }));
+        for content in ["  ", "solid cube", "[]"] {
             fs::write(&path, content).unwrap();
             assert!(
                 matches!(refused(), ImportError::Format { .. }),

@@ -43,6 +43,11 @@ impl Viewpoint {
             length: in_view.length(),
         }
     }
+
+    /// Along the line of sight to a point in view space, of any length.
+    pub(crate) fn sight_of(&self, point: DVec3) -> DVec3 {
+        point * self.point.w - self.point.truncate()
+    }
 }
 
 impl Piece {

@@ -5,9 +5,9 @@ use crate::coverage::{Outline, nearest_on_border};
 use crate::geometry::{Drawn, Interpolation, batches, run_in_view};
 use crate::masked::Masked;
 use crate::piece::{Corner, Piece, Viewpoint, cut_to_slab, whole};
-use crate::surface::{Hit, Surface};
+use crate::surface::{Hit, Surface, surface_from_cell};
 use crate::texel_search::TexelSearch;
-use crate::{Lighting, Textures, lit_color, srgb_from_linear, surface_at};
+use crate::{Lighting, Textures, lit_color, srgb_from_linear};
 use farfield_grid::BitMask;
 use farfield_scene::Scene;
 use farfield_views::Camera;
@@ -81,31 +81,59 @@ pub enum Foliage {
     Centre,
 }
 
-/// sRGB colours of samples under a light, textures filtered for the camera that recorded them.
+/// sRGB colours of samples under a light; textures and arguments as for [`sample_surfaces`].
 pub fn sample_colors(
     scene: &Scene,
     textures: &Textures<'_>,
     camera: &Camera,
+    cell: &[DVec4],
     samples: &[Sample],
     light: &Lighting,
 ) -> Vec<[u8; 3]> {
-    let color = |sample: &Sample| {
-        let surface = surface_at(scene, textures, camera, &sample.hit);
-        let byte = |c: f32| (srgb_from_linear(c) * 255.0).round() as u8;
-        lit_color(&surface, light).to_array().map(byte)
-    };
-    samples.par_iter().map(color).collect()
+    let byte = |c: f32| (srgb_from_linear(c) * 255.0).round() as u8;
+    let color = |surface: Surface| lit_color(&surface, light).to_array().map(byte);
+    shown_to_cell(scene, textures, camera, cell, samples, color)
 }
 
-/// The materials of samples before any light, textures filtered for the camera that recorded them.
+/// The materials of samples before any light, textures filtered for a texel of the camera that
+/// recorded them as whoever in the view cell faces the surface most squarely would have it: what
+/// the camera sees edge-on shows its details to others.
+///
+/// * `cell` - corners of the view cell in homogeneous coordinates of the world
+///
+/// # Panics
+///
+/// When a sample's object or triangle does not exist.
 pub fn sample_surfaces(
     scene: &Scene,
     textures: &Textures<'_>,
     camera: &Camera,
+    cell: &[DVec4],
     samples: &[Sample],
 ) -> Vec<Surface> {
-    let surface = |sample: &Sample| surface_at(scene, textures, camera, &sample.hit);
-    samples.par_iter().map(surface).collect()
+    shown_to_cell(scene, textures, camera, cell, samples, |surface| surface)
+}
+
+fn shown_to_cell<T: Send>(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    cell: &[DVec4],
+    samples: &[Sample],
+    of: impl Fn(Surface) -> T + Sync,
+) -> Vec<T> {
+    let pose = &camera.pose;
+    let cell: Vec<Viewpoint> = cell.iter().map(|v| Viewpoint::new(pose, *v)).collect();
+    let shown = |sample: &Sample| {
+        of(surface_from_cell(
+            scene,
+            textures,
+            camera,
+            &cell,
+            &sample.hit,
+        ))
+    };
+    samples.par_iter().map(shown).collect()
 }
 
 /// Rows of texels that one thread works on at a time.

@@ -2,6 +2,7 @@
 
 use crate::Textures;
 use crate::geometry::{Drawn, Interpolation, corners_in_view};
+use crate::piece::Viewpoint;
 use farfield_scene::Scene;
 use farfield_views::Camera;
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -56,20 +57,46 @@ pub struct Surface {
 ///
 /// When the hit's object or triangle does not exist.
 pub fn surface_at(scene: &Scene, textures: &Textures<'_>, camera: &Camera, hit: &Hit) -> Surface {
+    let triangle = TriangleInView::new(scene, camera, hit);
+    surface(scene, textures, hit, &triangle, triangle.footprint(camera))
+}
+
+/// Evaluates the material at a hit for viewers all over a cell, textures filtered for a pixel of the
+/// camera's as whoever faces the surface most squarely would have it: what the camera sees edge-on
+/// is shown to others, who see its details.
+///
+/// * `cell` - the corners of the cell, in the camera's view
+///
+/// # Panics
+///
+/// When the hit's object or triangle does not exist.
+pub(crate) fn surface_from_cell(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    cell: &[Viewpoint],
+    hit: &Hit,
+) -> Surface {
+    let triangle = TriangleInView::new(scene, camera, hit);
+    let sights = cell.iter().map(|corner| corner.sight_of(triangle.point));
+    let footprint = triangle.squarest_footprint(camera, sights);
+    surface(scene, textures, hit, &triangle, footprint)
+}
+
+/// Evaluates the material at a hit, textures filtered for a growth of uv to two sides.
+fn surface(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    hit: &Hit,
+    triangle: &TriangleInView,
+    footprint: [Vec2; 2],
+) -> Surface {
     let material = &scene.materials[scene.triangle_materials[hit.triangle as usize] as usize];
     let vertices = scene
         .triangle_in(hit.object, hit.triangle)
         .map(|v| v as usize);
     let weights = weights(hit);
-    let uvs = vertices.map(|v| scene.uvs[v]);
-    let uv = mix2(uvs, weights);
-
-    let drawn = Drawn {
-        object: hit.object,
-        triangle: hit.triangle,
-    };
-    let corners = corners_in_view(scene, &camera.pose, drawn);
-    let footprint = uv_footprint(camera, corners, weights, uvs);
+    let uv = mix2(triangle.uvs, weights);
 
     let mut base_color: Vec4 = material.base_color
         * (0..3)
@@ -95,8 +122,7 @@ pub fn surface_at(scene: &Scene, textures: &Textures<'_>, camera: &Camera, hit: 
     }
     // Single-sided surfaces are seen from their front only, whatever this camera sees: what it
     // records is shown to other viewpoints.
-    let [a, b, c] = corners;
-    if material.double_sided && (b - a).cross(c - a).dot(a) > 0.0 {
+    if material.double_sided && triangle.normal().dot(triangle.corners[0]) > 0.0 {
         normal = -normal;
     }
     Surface {
@@ -109,20 +135,99 @@ pub fn surface_at(scene: &Scene, textures: &Textures<'_>, camera: &Camera, hit: 
     }
 }
 
-/// Growth of uv per column and per row of the camera's picture; zero where the triangle is seen
-/// edge-on.
-fn uv_footprint(
-    camera: &Camera,
+/// The triangle of a hit as a camera sees it.
+struct TriangleInView {
     corners: [DVec3; 3],
-    weights: [f32; 3],
     uvs: [Vec2; 3],
-) -> [Vec2; 2] {
-    let point: DVec3 = (0..3).map(|i| corners[i] * f64::from(weights[i])).sum();
-    match Interpolation::new(camera, corners) {
-        Some(interpolation) if point.z > 0.0 => interpolation
-            .derivatives(camera.pixel_from_view(point))
-            .map(|growth| mix2(uvs, growth.as_vec3().to_array())),
-        _ => [Vec2::ZERO; 2],
+    /// The hit.
+    point: DVec3,
+    double_sided: bool,
+}
+
+impl TriangleInView {
+    fn new(scene: &Scene, camera: &Camera, hit: &Hit) -> Self {
+        let &Hit {
+            object, triangle, ..
+        } = hit;
+        let corners = corners_in_view(scene, &camera.pose, Drawn { object, triangle });
+        let vertices = scene.triangle_in(object, triangle);
+        let material = scene.triangle_materials[triangle as usize];
+        let weights = weights(hit).map(f64::from);
+        Self {
+            corners,
+            uvs: vertices.map(|v| scene.uvs[v as usize]),
+            point: (0..3).map(|i| corners[i] * weights[i]).sum(),
+            double_sided: scene.materials[material as usize].double_sided,
+        }
+    }
+
+    /// Towards those who see the front, as long as the triangle is large.
+    fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a)
+    }
+
+    /// Growth of uv per column and per row of the camera's picture; zero where the triangle is seen
+    /// edge-on.
+    fn footprint(&self, camera: &Camera) -> [Vec2; 2] {
+        match Interpolation::new(camera, self.corners) {
+            Some(interpolation) if self.point.z > 0.0 => interpolation
+                .derivatives(camera.pixel_from_view(self.point))
+                .map(|growth| mix2(self.uvs, growth.as_vec3().to_array())),
+            _ => [Vec2::ZERO; 2],
+        }
+    }
+
+    /// Growth of uv over the width and over the height of a pixel at the hit, seen from where in a
+    /// cell it is seen most squarely; zero where it is seen edge-on from everywhere.
+    ///
+    /// Tried are the camera, the corners, and halfway between the best and these, three times: that is
+    /// within a quarter of a level of detail of the best there is.
+    ///
+    /// * `corners` - lines of sight from the corners of the cell, of any length
+    fn squarest_footprint(
+        &self,
+        camera: &Camera,
+        corners: impl Iterator<Item = DVec3> + Clone,
+    ) -> [Vec2; 2] {
+        let normal = self.normal();
+        let squareness = |sight: &DVec3| match self.double_sided {
+            true => normal.dot(*sight).abs(),
+            false => -normal.dot(*sight),
+        };
+        let squarer = |a, b| match squareness(&b) > squareness(&a) {
+            true => b,
+            false => a,
+        };
+        let sights = corners.chain([self.point]);
+        let sights = sights.filter_map(DVec3::try_normalize);
+        let Some(best) = sights.clone().reduce(squarer) else {
+            return [Vec2::ZERO; 2];
+        };
+        let halfway = |best: DVec3| {
+            let sights = sights.clone();
+            sights.filter_map(move |other| (best + other).try_normalize())
+        };
+        let sight = (0..3).fold(best, |best, _| halfway(best).fold(best, squarer));
+        let right = DVec3::X.reject_from_normalized(sight).normalize_or_zero();
+        let size = camera.pixel_size() * self.point.z;
+        self.grown([right * size.x, sight.cross(right) * size.y], sight)
+    }
+
+    /// Growth of uv along two offsets of a line of sight; zero where it runs along the triangle.
+    fn grown(&self, offsets: [DVec3; 2], sight: DVec3) -> [Vec2; 2] {
+        let [a, b, c] = self.corners;
+        // Solves offset = p (b - a) + q (c - a) + r sight.
+        let (along_b, along_c) = ((c - a).cross(sight), sight.cross(b - a));
+        let scale = self.normal().dot(sight).recip();
+        if !scale.is_finite() {
+            return [Vec2::ZERO; 2];
+        }
+        let [u, v, w] = self.uvs;
+        offsets.map(|offset| {
+            let (p, q) = (offset.dot(along_b) * scale, offset.dot(along_c) * scale);
+            (v - u) * p as f32 + (w - u) * q as f32
+        })
     }
 }
 
@@ -181,6 +286,7 @@ fn mix2(values: [Vec2; 3], weights: [f32; 3]) -> Vec2 {
 mod tests {
     use super::*;
     use crate::geometry::tests::soup;
+    use crate::{Foliage, Lighting, record, sample_colors};
     use farfield_scene::{Filter, Image, Texture, Wrap};
     use glam::DAffine3;
     use proptest::prelude::*;
@@ -239,7 +345,107 @@ mod tests {
         assert!(normal_at(&scene, DVec3::Z * 5.0).abs_diff_eq(Vec3::Y, 0.01));
     }
 
+    /// A wall at `x = 0.5` from 10 to 14 m before the viewer, who sees it almost edge-on, with 16
+    /// black and white stripes across.
+    fn striped_wall() -> Scene {
+        let (near, far) = (-10.0, -14.0);
+        let corners =
+            [[near, -1.0], [near, 1.0], [far, 1.0], [far, -1.0]].map(|[z, y]| [0.5, y, z]);
+        let mut scene = soup(&[0, 1, 2, 0, 2, 3].map(|i| corners[i]));
+        scene.uvs = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0]
+            .map(|u| Vec2::new(u, 0.5))
+            .into();
+        scene.images.push(Image {
+            name: String::new(),
+            width: 64,
+            height: 64,
+            texels: (0..64 * 64)
+                .map(|i| [[0, 0, 0, 255], [255; 4]][i / 4 % 2])
+                .collect(),
+        });
+        scene.textures.push(Texture {
+            image: 0,
+            wrap: [Wrap::Repeat; 2],
+            filter: Filter::Mipmapped,
+        });
+        scene.materials[0].base_color_texture = Some(0);
+        scene.materials[0].double_sided = true;
+        scene.materials[0].unlit = true;
+        scene
+    }
+
+    /// What is recorded edge-on is shown to others of the cell, who see its details.
+    #[test]
+    fn what_the_camera_sees_edge_on_is_recorded_as_others_see_it() {
+        let scene = striped_wall();
+        let textures = Textures::new(&scene);
+        let camera = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z, 0.5, 64);
+        let contrast = |left: f64| {
+            let cell: Vec<_> = (0..8)
+                .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from))
+                .map(|[x, y, z]| DVec3::new(x * left, y - 0.5, z).extend(1.0))
+                .collect();
+            let borders: Vec<f64> = (0..=40).map(|i| 10.0 + 0.1 * f64::from(i)).collect();
+            let recording = record(&scene, &textures, &camera, &borders, &cell, Foliage::Any);
+            let light = Lighting::default();
+            let colors = sample_colors(
+                &scene,
+                &textures,
+                &camera,
+                &cell,
+                &recording.samples,
+                &light,
+            );
+            let values = || colors.iter().map(|color| color[0]);
+            values().max().unwrap() - values().min().unwrap()
+        };
+        // In linear light half of white is 188 of 255.
+        assert!(contrast(0.0) < 40, "{}", contrast(0.0));
+        assert!(contrast(-10.0) > 200, "{}", contrast(-10.0));
+    }
+
     proptest! {
+        /// A texel on a surface is as long as who sees it most squarely in the cell has it, to within
+        /// a quarter of a level of detail: two offsets at right angles across a line of sight that
+        /// meets the surface at a sine of s grow to sqrt((1 + 1 / s^2) / 2) times their length at
+        /// least, the longer of them, and 1 / s times at most.
+        #[test]
+        fn texels_are_as_fine_as_the_cell_sees_them(
+            turn in prop::array::uniform3(-3.0..3.0f64),
+            size in prop::array::uniform3(0.1..20.0f64),
+            inside in prop::collection::vec(prop::array::uniform3(-1.0..1.0f64), 100),
+        ) {
+            let [x, y, z] = turn;
+            let turned = glam::DMat3::from_euler(glam::EulerRot::XYZ, x, y, z);
+            let corners = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| DVec3::new(1.0, 2.0, 28.0) + turned * p);
+            let triangle = TriangleInView {
+                corners,
+                uvs: [Vec2::ZERO, Vec2::X, Vec2::Y],
+                point: corners[0],
+                double_sided: false,
+            };
+            let sight = |fractions: [f64; 3]| triangle.point - DVec3::from(fractions) * DVec3::from(size);
+            let corners = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| f64::from(bit * 2 - 1)));
+            let corners: Vec<DVec3> = corners.map(sight).collect();
+            let sine = |sight: &DVec3| -triangle.normal().dot(sight.normalize());
+            let best = |sights: &[DVec3]| sights.iter().map(sine).fold(-1.0, f64::max);
+            prop_assume!(best(&corners) > 0.01);
+            let found = best(&inside.into_iter().map(sight).collect::<Vec<_>>()).max(best(&corners));
+            let widest = corners.iter().flat_map(|a| corners.iter().map(|b| a.angle_between(*b)));
+            // A sine grows by no more than the angle.
+            let most = (best(&corners) + widest.fold(0.0, f64::max)).min(1.0);
+
+            let camera = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z, 1.0, 100);
+            let footprint = triangle.squarest_footprint(&camera, corners.into_iter());
+            let longer = f64::from(footprint[0].length().max(footprint[1].length()));
+            let length = longer / (camera.pixel_size().x * triangle.point.z);
+            // Seven digits of f32, some of which cancel.
+            let doubt = 1.0 + 1e-4;
+            prop_assert!(length <= 2f64.powf(0.25) / found * doubt, "{length}, but a sine of {found}");
+            let least = ((1.0 + most.powi(-2)) / 2.0).sqrt();
+            prop_assert!(length * doubt >= least, "{length}, but at most a sine of {most}");
+        }
+
         /// Normals stay perpendicular to their surface under any transform, mirrored ones too.
         #[test]
         fn normals_stay_perpendicular(columns in prop::array::uniform9(-2.0..2.0f64)) {

@@ -18,6 +18,7 @@ use farfield_quads::{Price, cover};
 use farfield_sampling::{Foliage, Lighting, Recording, Textures, sample_colors, sample_surfaces};
 use farfield_scene::{AlphaMode, Scene};
 use farfield_views::Camera;
+use glam::DVec4;
 use rayon::prelude::*;
 
 /// The alpha from which on texels are shown. Those that were set by their centres are as large as
@@ -47,6 +48,7 @@ pub(super) fn bake(
     let stack = console.stage("place", || place(scene, settings))?;
     let (width, height) = (stack.width, stack.height);
     let camera = recording_camera(&stack);
+    let cell = settings.cell.corners();
     let recording = console.stage("record", || {
         record_layers(scene, textures, &stack, &settings.cell, settings.foliage)
     });
@@ -61,7 +63,7 @@ pub(super) fn bake(
                 name,
                 scene,
                 stack: &stack,
-                colors: &sample_colors(scene, textures, &camera, &recording.samples, &light),
+                colors: &sample_colors(scene, textures, &camera, &cell, &recording.samples, &light),
                 recording: &recording,
                 visible: &visible,
             })
@@ -86,6 +88,7 @@ pub(super) fn bake(
             scene,
             textures,
             &camera,
+            &cell,
             &visible,
             settings.channels,
             painted,
@@ -149,6 +152,7 @@ fn paint_channels(
     scene: &Scene,
     textures: &Textures<'_>,
     camera: &Camera,
+    cell: &[DVec4],
     visible: &Recording,
     channels: Channels,
     painted: impl Fn(&[[u8; 3]]) -> Vec<Grid<[u8; 4]>>,
@@ -157,11 +161,11 @@ fn paint_channels(
     match channels {
         Channels::Lit | Channels::Unlit => {
             let light = Lighting::default();
-            let colors = sample_colors(scene, textures, camera, samples, &light);
+            let colors = sample_colors(scene, textures, camera, cell, samples, &light);
             (painted(&colors), None)
         }
         Channels::Pbr => {
-            let surfaces = sample_surfaces(scene, textures, camera, samples);
+            let surfaces = sample_surfaces(scene, textures, camera, cell, samples);
             let texels = channels::texels(&surfaces, &camera.pose);
             let emissive = texels.emissive;
             let light = LightPages {

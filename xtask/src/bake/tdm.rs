@@ -71,15 +71,15 @@ pub(super) fn bake(
     if visible.samples.is_empty() {
         return Ok(None);
     }
-    let light = Lighting::default();
-    let colors = sample_colors(scene, textures, &camera, &visible.samples, &light);
+    let (light, cell) = (Lighting::default(), settings.cell.corners());
+    let colors = sample_colors(scene, textures, &camera, &cell, &visible.samples, &light);
     if let Some(files) = dump {
         let recorded = console.stage("dump", || {
             dump::files(&Recorded {
                 name,
                 scene,
                 stack: &stack,
-                colors: &sample_colors(scene, textures, &camera, &recording.samples, &light),
+                colors: &sample_colors(scene, textures, &camera, &cell, &recording.samples, &light),
                 recording: &recording,
                 visible: &visible,
             })

@@ -26,6 +26,7 @@ pub(super) fn certificate(manifest: &Manifest, report: &VerifyReport) -> Certifi
             silhouette_px: report.spread.silhouette_px.max,
             coverage_error: report.spread.coverage_error.max,
             colour_bias: report.colour_bias.abs(),
+            stray_colours: report.stray_colours,
             flip: report.flip_worst_view_mean,
             worst_view: report.worst_view,
         },
