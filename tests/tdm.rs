@@ -144,6 +144,26 @@ fn lit_meshes_are_refused() {
     assert!(!dir.exists());
 }
 
+/// A page that is smaller than a chart is refused with the least size that would do, and that does.
+#[test]
+fn the_least_page_size_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("bundle");
+    let paged = |page_size| {
+        let options = BakeOptions {
+            page_size,
+            ..house(&dir)
+        };
+        bake(&options, &Console::Silent)
+    };
+    let error = format!("{:#}", paged(64).unwrap_err());
+    assert!(error.contains("--page-size 64 is too small"), "{error}");
+    let (_, least) = error.split_once("pages of ").unwrap();
+    let least: u32 = least.split_once(' ').unwrap().0.parse().unwrap();
+    assert!(paged(least - 4).is_err());
+    assert_eq!(paged(least).unwrap().technique, "tdm");
+}
+
 /// A real truck from near: a hundred layers, wheels, lettering.
 #[test]
 fn the_truck_is_kept() {

@@ -91,7 +91,8 @@ struct BakeArgs {
     /// The bundle's folder. [default: target/farfield/<scene>-<technique>]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Writes the recorded layers there for people to look at, as OpenEXR and contact sheets.
+    /// Writes the recorded layers there for people to look at, as OpenEXR and contact sheets, and what was
+    /// made of them, as glTF with its pages.
     #[arg(long, value_name = "DIR")]
     dump: Option<PathBuf>,
     /// Prints one JSON object on stdout.

@@ -94,7 +94,8 @@ pub struct BakeOptions {
     pub channels: Channels,
     /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
     pub out: Option<PathBuf>,
-    /// Where the recorded layers are written for people to look at; nowhere unless asked for.
+    /// Where the recorded layers, and what was made of them, are written for people to look at; nowhere
+    /// unless asked for.
     pub dump: Option<PathBuf>,
 }
 
@@ -290,8 +291,9 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         sha256: String::new(),
     };
     // First, as its failure is the bake's.
-    if let (Some(dir), Some(files)) = (&options.dump, &dumped) {
-        console.stage("write dump", || dump::write(dir, files))?;
+    if let (Some(dir), Some(mut dumped)) = (&options.dump, dumped) {
+        dumped.extend(files.iter().cloned());
+        console.stage("write dump", || dump::write(dir, &dumped))?;
     }
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
 
@@ -474,15 +476,24 @@ fn bake_parts(
             console.say(format_args!("  impostor {name}"));
         }
         let settings = settings(options, part);
-        let dump = dump.as_deref_mut();
-        baked.extend(match making {
-            Making::Layered {
-                bytes_per_quad: price,
-            } => layered::bake(&name, part, textures, &settings, price, dump, console)?,
-            Making::Tdm { enlarged } => {
-                tdm::bake(&name, part, textures, &settings, enlarged, dump, console)?
+        let made = match making {
+            Making::Layered { bytes_per_quad } => {
+                layered::bake(&name, part, textures, &settings, bytes_per_quad, console)?
             }
-        });
+            Making::Tdm { enlarged } => {
+                tdm::bake(&name, part, textures, &settings, enlarged, console)?
+            }
+        };
+        let Some((one, layers)) = made else {
+            continue;
+        };
+        baked.push(one);
+        if let Some(files) = dump.as_deref_mut() {
+            let of_layers = console.stage("dump", || {
+                dump::files(&name, &part.scene, textures, &layers)
+            })?;
+            files.extend(of_layers);
+        }
     }
     if baked.is_empty() {
         bail!(
