@@ -92,7 +92,8 @@ impl Powers {
 ///
 /// Fitted by least squares of logarithms on 23 bakes at 512 x 512 pixels, among them the built-in house
 /// at seven distances; `cargo bench -p farfield-benches -- auto` does it again. It is off by 5 % on
-/// average there, and by 10 % for 25 bakes that it was not fitted on.
+/// average there, and by 8 % for 12 bakes that it was not fitted on. Which counts to take was chosen with
+/// all of these in sight, so elsewhere it may be worse.
 pub const LAYERED: Powers = Powers {
     factor: 36.6,
     exponents: [0.684, 0.307],
@@ -101,8 +102,8 @@ pub const LAYERED: Powers = Powers {
 /// The cost of textured depth meshes with voxels enlarged by 1.5, of texels and triangles of the scene.
 ///
 /// Fitted like [`LAYERED`]; off by 51 % on average there, as borders and holes of a mesh are not
-/// counted, and by 45 % for the other bakes. The technique that is predicted to cost less does so in 20
-/// of the 23 bakes, and in 23 of the 25; to take layers always would be right in 19 and 22. Only houses
+/// counted, and by 40 % for the other bakes. The technique that is predicted to cost less does so in 20
+/// of the 23 bakes, and in 11 of the 12; to take layers always would be right in 19 and 10. Only houses
 /// from near were cheaper as meshes, so nothing is known of other scenes that may be.
 pub const TDM: Powers = Powers {
     factor: 24.9,
