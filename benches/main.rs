@@ -4,11 +4,13 @@
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
 //! comparison, `-- ratios` only how far the stages are from what bounds them, `-- growth` only how
 //! time and memory of a bake grow with the scene.
+//! `-- auto` tries and fits what `bake --technique auto` predicts.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
 
 mod atlas;
+mod auto;
 mod capture;
 mod compare;
 mod growth;
@@ -46,6 +48,9 @@ fn main() {
         return growth::bake_one(arguments.get(at + 1).map_or("", String::as_str));
     }
 
+    if asked("auto").is_some() {
+        return auto::tables();
+    }
     if asked("tdm").is_some() {
         return tdm::tables();
     }

@@ -5,9 +5,9 @@ use exr::prelude::{AttributeValue, FlatSamples, Text, read_all_flat_layers_from_
 use farfield_sampling::{Foliage, Lighting, Textures, linear_from_srgb, sample_colors};
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use xtask::recording::{Settings, cull, place, record_layers, recording_camera};
-use xtask::{BakeOptions, BuiltIn, Console, SceneChoice, bake};
+use xtask::{BakeOptions, BuiltIn, Console, Making, SceneChoice, bake};
 
 const RESOLUTION: u32 = 128;
 
@@ -161,6 +161,37 @@ fn a_dump_changes_nothing_and_repeats() {
         "house-kept-000.png",
     ] {
         assert!(names.contains(&name), "{name} is not in {names:?}");
+    }
+}
+
+/// What was made of the layers, by any technique, is beside them as it is in the bundle, and can be opened.
+#[test]
+fn a_dump_has_what_is_displayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (dump, out) = (folder.path().join("dump"), folder.path().join("bundle"));
+    let makings = [
+        Making::Layered {
+            bytes_per_quad: 104.0,
+        },
+        Making::Tdm { enlarged: 1.5 },
+    ];
+    for making in makings {
+        let options = BakeOptions {
+            making,
+            ..dumping(folder.path(), &dump)
+        };
+        let report = bake(&options, &Console::Silent).unwrap();
+        let opened = farfield_import::read(&dump.join("impostors.glb")).unwrap();
+        assert_eq!(opened.scene.drawn_triangles(), report.triangles_out);
+        let (dumped, bundle) = (contents(&dump), contents(&out));
+        for name in ["impostors.glb", "pages/000.png"] {
+            let of = |files: &[(PathBuf, Vec<u8>)]| {
+                let found = files.iter().find(|(path, _)| path == Path::new(name));
+                found.map(|(_, bytes)| bytes.clone()).unwrap()
+            };
+            assert!(of(&dumped) == of(&bundle), "{name} differs");
+        }
+        assert!(dump.join("house.exr").exists() && dump.join("house-kept-000.png").exists());
     }
 }
 

@@ -1,10 +1,17 @@
 //! Textured depth meshes, from a scene to the verdict.
 
-use crate::setup::{model, options, options_in_cell, verified};
+use crate::setup::{contents, model, options, options_in_cell, verified};
 use farfield_bundle::{Body, GLTF_FILE, Manifest, NewFile, TdmBody};
+use farfield_layers::{Aim, PromisedCamera, box_corners};
+use farfield_sampling::{Foliage, Textures};
 use farfield_scene::Scene;
+use farfield_views::ViewCell;
 use std::path::Path;
-use xtask::{BakeOptions, BuiltIn, Channels, Console, Limits, Making, SceneChoice, bake};
+use xtask::auto::{layered_bytes, survey, tdm_bytes};
+use xtask::recording::{Settings, cull, place, record_layers};
+use xtask::{
+    BakeOptions, BuiltIn, Channels, Console, Limits, Making, SceneChoice, ViewCellSpec, bake,
+};
 
 fn mesh_of(scene: SceneChoice, resolution: u32, enlarged: f64, out: &Path) -> BakeOptions {
     BakeOptions {
@@ -144,6 +151,26 @@ fn lit_meshes_are_refused() {
     assert!(!dir.exists());
 }
 
+/// A page that is smaller than a chart is refused with the least size that would do, and that does.
+#[test]
+fn the_least_page_size_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("bundle");
+    let paged = |page_size| {
+        let options = BakeOptions {
+            page_size,
+            ..house(&dir)
+        };
+        bake(&options, &Console::Silent)
+    };
+    let error = format!("{:#}", paged(64).unwrap_err());
+    assert!(error.contains("--page-size 64 is too small"), "{error}");
+    let (_, least) = error.split_once("pages of ").unwrap();
+    let least: u32 = least.split_once(' ').unwrap().0.parse().unwrap();
+    assert!(paged(least - 4).is_err());
+    assert_eq!(paged(least).unwrap().technique, "tdm");
+}
+
 /// A real truck from near: a hundred layers, wheels, lettering.
 #[test]
 fn the_truck_is_kept() {
@@ -160,6 +187,96 @@ fn the_truck_is_kept() {
     bake(&options, &Console::Silent).unwrap();
     let found = verified(&dir, 27);
     assert!(found.holds, "{:?}", found.broken);
+}
+
+/// What is bytes, pages and geometry.
+fn bytes(report: &xtask::BakeReport) -> u64 {
+    report.atlas_bytes + report.geometry_bytes
+}
+
+/// Of both techniques the one that is predicted to cost less is used, as if it had been asked for; where
+/// it misses the limits the other; and layers wherever meshes cannot be made.
+#[test]
+fn the_cheaper_technique_is_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let dir = folder.path().join("bundle");
+    let baked = |options: BakeOptions| bake(&options, &Console::Silent).unwrap();
+    let layered = Making::Layered {
+        bytes_per_quad: 104.0,
+    };
+    let either = |options: BakeOptions| BakeOptions {
+        making: layered,
+        alternative: Some(Making::Tdm { enlarged: 1.5 }),
+        ..options
+    };
+    let house = || SceneChoice::BuiltIn(BuiltIn::House);
+    let far = || options_in_cell(house(), "box:0,50,570:100,100,100", 256, &dir);
+    let report = baked(either(far()));
+    assert_eq!(report.technique, "layered");
+    let chosen = contents(&dir);
+    baked(BakeOptions {
+        making: layered,
+        ..far()
+    });
+    assert!(contents(&dir) == chosen, "the choice changes the bundle");
+
+    // Layers are thought to be better, but are larger than a mesh.
+    let near = || options_in_cell(house(), "box:0,50,180:100,100,100", 256, &dir);
+    let of_mesh = bytes(&baked(BakeOptions {
+        making: Making::Tdm { enlarged: 1.5 },
+        ..near()
+    }));
+    let free = baked(either(near()));
+    assert_eq!(free.technique, "layered");
+    assert!(of_mesh < bytes(&free));
+    let limited = baked(BakeOptions {
+        limits: Limits {
+            triangles: None,
+            bytes: Some(of_mesh),
+        },
+        ..either(near())
+    });
+    assert_eq!((limited.technique, bytes(&limited)), ("tdm", of_mesh));
+
+    let lit = baked(BakeOptions {
+        channels: Channels::Pbr,
+        ..either(far())
+    });
+    assert_eq!(lit.technique, "layered");
+}
+
+/// The forecasts, without baking: of the built-in house from near, a mesh is thought to be smaller; from
+/// far away, layers.
+#[test]
+fn a_near_house_is_forecast_as_a_mesh() {
+    let scene = farfield_town::house(0);
+    let textures = Textures::new(&scene);
+    let forecast = |cell: &str| {
+        let settings = Settings {
+            cell: match cell.parse().unwrap() {
+                ViewCellSpec::Box { center, size } => ViewCell::Box { center, size },
+                ViewCellSpec::Shaft { .. } => panic!("the test names boxes"),
+            },
+            hull: box_corners(scene.bounds().unwrap()),
+            camera: PromisedCamera {
+                aim: Aim::Center,
+                fov: 45f64.to_radians(),
+                resolution: 512,
+            },
+            page_size: 4096,
+            foliage: Foliage::Any,
+            channels: Channels::Lit,
+        };
+        let stack = place(&scene, &settings).unwrap();
+        let cell = &settings.cell;
+        let recording = record_layers(&scene, &textures, &stack, cell, Foliage::Any);
+        let found = survey(&cull(&recording, stack.width, stack.height));
+        [layered_bytes(&found), tdm_bytes(&found)]
+    };
+    let [layered, mesh] = forecast("box:0,10,70:20,20,20");
+    assert!(mesh < layered, "{mesh} {layered}");
+    let [layered, mesh] = forecast("box:0,50,570:100,100,100");
+    assert!(layered < mesh, "{layered} {mesh}");
 }
 
 /// Limits are met by larger quads or voxels than were asked for; where that is not enough, nothing is

@@ -1,6 +1,6 @@
 //! The recorded layers, for people to look at: OpenEXR files and contact sheets.
 
-use crate::bake::recording::recording_camera;
+use crate::bake::recording::{Layers, recording_camera};
 use crate::pictures::{labelled_sheet, png};
 use crate::source::real;
 use anyhow::{Context, Result, bail};
@@ -11,9 +11,9 @@ use exr::prelude::{
 use exr::prelude::{Blocks, SmallVec};
 use farfield_bundle::{FolderKind, NewFile, require_replaceable_by, write_folder};
 use farfield_grid::Grid;
-use farfield_layers::LayerStack;
-use farfield_sampling::{Recording, Sample, linear_from_srgb};
+use farfield_sampling::{Lighting, Recording, Sample, Textures, linear_from_srgb, sample_colors};
 use farfield_scene::Scene;
+use farfield_views::ViewCell;
 use std::io::Cursor;
 use std::ops::Range;
 use std::path::Path;
@@ -34,21 +34,16 @@ const PER_SHEET: usize = 64;
 /// Pixels along each side of a sheet's pictures.
 const SIDE: usize = 160;
 
-/// The layers of an impostor, as they were recorded, and what culling kept of them.
+/// The layers of an impostor with their colours.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Recorded<'a> {
+struct Colored<'a> {
     /// The impostor's.
-    pub(crate) name: &'a str,
+    name: &'a str,
     /// What was recorded.
-    pub(crate) scene: &'a Scene,
-    /// Where the layers lie.
-    pub(crate) stack: &'a LayerStack,
-    /// All texels that were set.
-    pub(crate) recording: &'a Recording,
-    /// sRGB, of each of them.
-    pub(crate) colors: &'a [[u8; 3]],
-    /// Those that can be seen.
-    pub(crate) visible: &'a Recording,
+    scene: &'a Scene,
+    layers: &'a Layers,
+    /// sRGB, of each texel that was set.
+    colors: &'a [[u8; 3]],
 }
 
 /// Checks that a dump may be put at `dir`, and that it is apart from the bundle in `bundle`.
@@ -74,8 +69,27 @@ pub(crate) fn write(dir: &Path, files: &[NewFile]) -> Result<()> {
 }
 
 /// The files of one impostor: `<name>.exr`, `<name>-recorded-000.png`, `<name>-kept-000.png`, ...
-pub(crate) fn files(recorded: &Recorded<'_>) -> Result<Vec<NewFile>> {
-    let is_kept = kept(recorded.recording, recorded.visible);
+pub(crate) fn files(
+    name: &str,
+    scene: &Scene,
+    textures: &Textures<'_>,
+    cell: &ViewCell,
+    layers: &Layers,
+) -> Result<Vec<NewFile>> {
+    let is_kept = kept(&layers.recording, &layers.visible);
+    let recorded = &Colored {
+        name,
+        scene,
+        layers,
+        colors: &sample_colors(
+            scene,
+            textures,
+            &recording_camera(&layers.stack),
+            &cell.corners(),
+            &layers.recording.samples,
+            &Lighting::default(),
+        ),
+    };
     let exr = NewFile {
         path: format!("{}.exr", recorded.name),
         bytes: exr(recorded, &is_kept).context("the layers cannot be written as OpenEXR")?,
@@ -115,23 +129,23 @@ fn kept(recording: &Recording, visible: &Recording) -> Vec<bool> {
 /// the view axis in metres, float; `kept`, one where culling kept the texel, half. The attribute
 /// `planeDepth` (double) is where the layer lies, `near` and `far` (float) are the depths that it
 /// stands for, all in metres.
-fn exr(recorded: &Recorded<'_>, is_kept: &[bool]) -> exr::error::Result<Vec<u8>> {
-    let stack = recorded.stack;
+fn exr(recorded: &Colored<'_>, is_kept: &[bool]) -> exr::error::Result<Vec<u8>> {
+    let Layers {
+        stack, recording, ..
+    } = recorded.layers;
     let pose = recording_camera(stack).pose;
     let linear =
         |color: [u8; 3]| color.map(|c| f16::from_f32(linear_from_srgb(f32::from(c) / 255.0)));
     let (zero, one) = (f16::ZERO, f16::ONE);
     let pixel = |index: usize| {
         let [r, g, b] = linear(recorded.colors[index]);
-        let point = recorded.recording.samples[index]
-            .hit
-            .point_in_world(recorded.scene);
+        let point = recording.samples[index].hit.point_in_world(recorded.scene);
         let kept = if is_kept[index] { one } else { zero };
         (r, g, b, one, pose.point_in_view(point).z as f32, kept)
     };
-    let layers = recorded.recording.layers.iter().zip(&stack.layers);
+    let layers = recording.layers.iter().zip(&stack.layers);
     let layers = layers.enumerate().map(|(i, (run, placed))| {
-        let samples = &recorded.recording.samples[run.clone()];
+        let samples = &recording.samples[run.clone()];
         let [left, top, right, bottom] = window(samples);
         let mut attributes = LayerAttributes {
             near_clip_plane: Some(placed.near as f32),
@@ -190,15 +204,17 @@ fn window(samples: &[Sample]) -> [u16; 4] {
 /// Contact sheets of the layers that have texels, of all of them or of those that are `kept`, each
 /// with its number and depth.
 fn sheets<'a>(
-    recorded: &'a Recorded<'a>,
+    recorded: &'a Colored<'a>,
     kept: Option<&'a [bool]>,
 ) -> impl Iterator<Item = Grid<[u8; 3]>> {
-    let stack = recorded.stack;
+    let Layers {
+        stack, recording, ..
+    } = recorded.layers;
     let set = move |run: &Range<usize>| {
         let all = run.clone();
         all.filter(move |index| kept.is_none_or(|kept| kept[*index]))
     };
-    let layers = recorded.recording.layers.iter().enumerate();
+    let layers = recording.layers.iter().enumerate();
     let shown: Vec<(usize, Range<usize>)> = layers
         .filter(|(_, run)| set(run).next().is_some())
         .map(|(i, run)| (i, run.clone()))
@@ -207,7 +223,7 @@ fn sheets<'a>(
         let (width, height) = (stack.width as usize, stack.height as usize);
         let mut picture = Grid::filled(width, height, [0; 4]);
         for index in set(run) {
-            let sample = &recorded.recording.samples[index];
+            let sample = &recording.samples[index];
             let [r, g, b] = recorded.colors[index];
             picture[(sample.x.into(), sample.y.into())] = [r, g, b, 255];
         }

@@ -14,7 +14,7 @@ mod view_space;
 mod voxels;
 
 pub use bake::{
-    Arrangement, BakeOptions, BakeReport, ImpostorReport, Limits, Making, bake, recording,
+    Arrangement, BakeOptions, BakeReport, ImpostorReport, Limits, Making, auto, bake, recording,
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};

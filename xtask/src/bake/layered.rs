@@ -1,14 +1,15 @@
 //! Layered impostors: place, record, cull, grow, pack, paint
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
-use super::recording::{Settings, cull, description, place, record_layers, recording_camera};
+use super::recording::{
+    Layers, Settings, cull, description, place, record_layers, recording_camera,
+};
 use super::{Baked, channels};
 use crate::console::Console;
-use crate::dump::{self, Recorded};
 use crate::parts::Part;
 use anyhow::{Context, Result};
 use farfield_atlas::pack;
-use farfield_bundle::{Body, Channels, Impostor, NewFile};
+use farfield_bundle::{Body, Channels, Impostor};
 use farfield_grid::{Grid, Rect};
 use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{
@@ -34,16 +35,14 @@ pub(crate) fn shown_from(foliage: Foliage) -> f32 {
 /// of it can be seen.
 ///
 /// * `bytes_per_quad` - what a quad is worth
-/// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
     name: &str,
     part: &Part<'_>,
     textures: &Textures<'_>,
     settings: &Settings,
     bytes_per_quad: f64,
-    dump: Option<&mut Vec<NewFile>>,
     console: &Console,
-) -> Result<Option<Baked>> {
+) -> Result<Option<(Baked, Layers)>> {
     let scene = &*part.scene;
     let stack = console.stage("place", || place(scene, settings))?;
     let (width, height) = (stack.width, stack.height);
@@ -55,20 +54,6 @@ pub(super) fn bake(
     let visible = console.stage("cull", || cull(&recording, width, height));
     if visible.samples.is_empty() {
         return Ok(None);
-    }
-    if let Some(files) = dump {
-        let light = Lighting::default();
-        let recorded = console.stage("dump", || {
-            dump::files(&Recorded {
-                name,
-                scene,
-                stack: &stack,
-                colors: &sample_colors(scene, textures, &camera, &cell, &recording.samples, &light),
-                recording: &recording,
-                visible: &visible,
-            })
-        })?;
-        files.extend(recorded);
     }
     let rects: Vec<Vec<Rect>> = console.stage("grow quads", || {
         let price = Price {
@@ -116,11 +101,17 @@ pub(super) fn bake(
         body: Body::Layered(body),
     };
     let corners = corners_in_view(&stack.pose, &settings.cell);
-    Ok(Some(Baked {
+    let baked = Baked {
         impostor,
         display,
         smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
-    }))
+    };
+    let layers = Layers {
+        stack,
+        recording,
+        visible,
+    };
+    Ok(Some((baked, layers)))
 }
 
 /// Sizes of the pages, and where each rectangle lies on them, sorted by page.

@@ -1,5 +1,6 @@
 //! From a scene to a bundle.
 
+pub mod auto;
 pub(crate) mod channels;
 mod layered;
 mod limits;
@@ -84,6 +85,9 @@ pub struct BakeOptions {
     pub exclude: Vec<String>,
     /// How impostors are made.
     pub making: Making,
+    /// The other technique, for what is predicted to cost less that way, or cannot be made as asked for
+    /// or not within the limits.
+    pub alternative: Option<Making>,
     /// What they may cost: larger quads or voxels than asked for are tried to stay within it.
     pub limits: Limits,
     /// Longest side of an atlas page, in texels.
@@ -92,9 +96,11 @@ pub struct BakeOptions {
     pub foliage: Foliage,
     /// What the pages hold.
     pub channels: Channels,
-    /// The bundle's folder; by default `target/farfield/<scene>-<technique>`.
+    /// The bundle's folder; by default `target/farfield/<scene>-<technique>`, or `<scene>-auto` where
+    /// there is an alternative.
     pub out: Option<PathBuf>,
-    /// Where the recorded layers are written for people to look at; nowhere unless asked for.
+    /// Where the recorded layers, and what was made of them, are written for people to look at; nowhere
+    /// unless asked for.
     pub dump: Option<PathBuf>,
 }
 
@@ -111,6 +117,7 @@ impl BakeOptions {
             making: Making::Layered {
                 bytes_per_quad: 104.0,
             },
+            alternative: None,
             limits: Limits::default(),
             page_size: 4096,
             foliage: Foliage::Any,
@@ -185,10 +192,13 @@ struct Baked {
 pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     let start = Instant::now();
     let name = options.scene.name();
-    let dir = options
-        .out
-        .clone()
-        .unwrap_or_else(|| format!("target/farfield/{name}-{}", options.making.name()).into());
+    let dir = options.out.clone().unwrap_or_else(|| {
+        let technique = match options.alternative {
+            Some(_) => "auto",
+            None => options.making.name(),
+        };
+        format!("target/farfield/{name}-{technique}").into()
+    });
     farfield_bundle::require_replaceable(&dir)?;
     if let Some(dump) = &options.dump {
         dump::require_place(dump, &dir)?;
@@ -228,17 +238,8 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             dumped,
         })
     };
-    let mut best = attempt(options.making)?;
-    for making in limits::cheaper(options.making) {
-        if best.excess > 1.0 {
-            let other = attempt(making)?;
-            best = if other.excess < best.excess {
-                other
-            } else {
-                best
-            };
-        }
-    }
+    let makings = techniques(&parts, &textures, options, console).with_context(in_scene)?;
+    let best = first_within(&makings, attempt, console)?;
     let Attempt {
         making,
         baked,
@@ -290,8 +291,9 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
         sha256: String::new(),
     };
     // First, as its failure is the bake's.
-    if let (Some(dir), Some(files)) = (&options.dump, &dumped) {
-        console.stage("write dump", || dump::write(dir, files))?;
+    if let (Some(dir), Some(mut dumped)) = (&options.dump, dumped) {
+        dumped.extend(files.iter().cloned());
+        console.stage("write dump", || dump::write(dir, &dumped))?;
     }
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
 
@@ -454,6 +456,76 @@ struct Attempt {
     excess: f64,
 }
 
+/// The techniques that may be used, in the order in which they are to be tried: first what is predicted
+/// to cost less.
+fn techniques(
+    parts: &[Part<'_>],
+    textures: &Textures<'_>,
+    options: &BakeOptions,
+    console: &Console,
+) -> Result<Vec<Making>> {
+    let Some(alternative) = options.alternative else {
+        return Ok(vec![options.making]);
+    };
+    let mut makings = vec![options.making, alternative];
+    let reason = if options.channels == Channels::Pbr {
+        makings.retain(|making| matches!(making, Making::Layered { .. }));
+        "meshes hold colours only".to_owned()
+    } else {
+        let forecast = console.stage("compare techniques", || {
+            let mut forecast = auto::Forecast::default();
+            for part in parts {
+                forecast.add(part, textures, &settings(options, part))?;
+            }
+            anyhow::Ok(forecast)
+        })?;
+        makings.sort_by(|a, b| forecast.bytes(*a).total_cmp(&forecast.bytes(*b)));
+        forecast.to_string()
+    };
+    let first = makings.first().map_or("none", |making| making.name());
+    console.say(format_args!("  technique {first}: {reason}"));
+    Ok(makings)
+}
+
+/// What is made by the first of the techniques that stays within the limits, cheaper variants of each
+/// included; where none does, what misses them least.
+///
+/// # Errors
+///
+/// When the last technique fails and no other made anything.
+fn first_within(
+    makings: &[Making],
+    attempt: impl Fn(Making) -> Result<Attempt>,
+    console: &Console,
+) -> Result<Attempt> {
+    let mut best: Option<Attempt> = None;
+    for (number, making) in (1..).zip(makings) {
+        let is_last = number == makings.len();
+        for variant in std::iter::once(*making).chain(limits::cheaper(*making)) {
+            match attempt(variant) {
+                Ok(made) if best.as_ref().is_none_or(|best| made.excess < best.excess) => {
+                    best = Some(made);
+                }
+                Ok(_) => {}
+                Err(error) if is_last && best.is_none() => return Err(error),
+                Err(error) => {
+                    let name = making.name();
+                    console.warn(format_args!("not made as {name}: {error:#}"));
+                    break;
+                }
+            }
+            if best.as_ref().is_some_and(|best| best.excess <= 1.0) {
+                return Ok(best.expect("it was looked at"));
+            }
+        }
+        if !is_last {
+            let name = making.name();
+            console.say(format_args!("  {name} is not within the limits"));
+        }
+    }
+    best.ok_or_else(|| anyhow!("no technique can be used"))
+}
+
 /// Bakes all parts that anything can be seen of.
 fn bake_parts(
     parts: &[Part<'_>],
@@ -474,15 +546,24 @@ fn bake_parts(
             console.say(format_args!("  impostor {name}"));
         }
         let settings = settings(options, part);
-        let dump = dump.as_deref_mut();
-        baked.extend(match making {
-            Making::Layered {
-                bytes_per_quad: price,
-            } => layered::bake(&name, part, textures, &settings, price, dump, console)?,
-            Making::Tdm { enlarged } => {
-                tdm::bake(&name, part, textures, &settings, enlarged, dump, console)?
+        let made = match making {
+            Making::Layered { bytes_per_quad } => {
+                layered::bake(&name, part, textures, &settings, bytes_per_quad, console)?
             }
-        });
+            Making::Tdm { enlarged } => {
+                tdm::bake(&name, part, textures, &settings, enlarged, console)?
+            }
+        };
+        let Some((one, layers)) = made else {
+            continue;
+        };
+        baked.push(one);
+        if let Some(files) = dump.as_deref_mut() {
+            let of_layers = console.stage("dump", || {
+                dump::files(&name, &part.scene, textures, &settings.cell, &layers)
+            })?;
+            files.extend(of_layers);
+        }
     }
     if baked.is_empty() {
         bail!(

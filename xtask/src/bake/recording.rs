@@ -33,6 +33,17 @@ pub struct Settings {
     pub channels: Channels,
 }
 
+/// The layers of an impostor, as they were recorded, and what culling kept of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Layers {
+    /// Where they lie.
+    pub(crate) stack: LayerStack,
+    /// All texels that were set.
+    pub(crate) recording: Recording,
+    /// Those that can be seen.
+    pub(crate) visible: Recording,
+}
+
 /// Whether anything of a scene can be seen from its view cell.
 ///
 /// # Errors

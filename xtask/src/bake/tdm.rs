@@ -3,15 +3,15 @@
 
 use super::Baked;
 use super::recording::{
-    Settings, description, place, reached, record_layers, recording_camera, shows_backs, visible,
+    Layers, Settings, description, place, reached, record_layers, recording_camera, shows_backs,
+    visible,
 };
 use crate::console::Console;
-use crate::dump::{self, Recorded};
 use crate::parts::Part;
 use crate::voxels::{Projection, VoxelGrid};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use farfield_atlas::{Atlas, pack};
-use farfield_bundle::{Body, Channels, Impostor, NewFile, TdmBody};
+use farfield_bundle::{Body, Channels, Impostor, TdmBody};
 use farfield_grid::{BitMask, Grid};
 use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
@@ -28,16 +28,14 @@ const GUTTER: u32 = 2;
 /// of it can be seen.
 ///
 /// * `enlarged` - side of a voxel, in voxels, when it is asked whether the mesh touches it
-/// * `dump` - where the files go that show the recorded layers, if they are asked for
 pub(super) fn bake(
     name: &str,
     part: &Part<'_>,
     textures: &Textures<'_>,
     settings: &Settings,
     enlarged: f64,
-    dump: Option<&mut Vec<NewFile>>,
     console: &Console,
-) -> Result<Option<Baked>> {
+) -> Result<Option<(Baked, Layers)>> {
     if settings.channels == Channels::Pbr {
         bail!(
             "textured depth meshes hold colours only: bake --channels lit or unlit, or --technique \
@@ -73,19 +71,6 @@ pub(super) fn bake(
     }
     let (light, cell) = (Lighting::default(), settings.cell.corners());
     let colors = sample_colors(scene, textures, &camera, &cell, &visible.samples, &light);
-    if let Some(files) = dump {
-        let recorded = console.stage("dump", || {
-            dump::files(&Recorded {
-                name,
-                scene,
-                stack: &stack,
-                colors: &sample_colors(scene, textures, &camera, &cell, &recording.samples, &light),
-                recording: &recording,
-                visible: &visible,
-            })
-        })?;
-        files.extend(recorded);
-    }
     let projection = Projection::of(&stack);
     let grid = VoxelGrid::new(&stack, &projection, &visible, reached);
     let voxels = grid.layers();
@@ -119,7 +104,9 @@ pub(super) fn bake(
             .iter()
             .map(|chart| [chart.width, chart.height])
             .collect();
-        pack(&sizes, settings.page_size).map(|atlas| (charts, atlas))
+        let too_small = || format!("--page-size {} is too small", settings.page_size);
+        let atlas = pack(&sizes, settings.page_size).with_context(too_small)?;
+        anyhow::Ok((charts, atlas))
     })?;
     let pages = console.stage("paint", || {
         let painter = Painter {
@@ -154,11 +141,17 @@ pub(super) fn bake(
         body: Body::Tdm(body),
     };
     let corners = corners_in_view(&stack.pose, &settings.cell);
-    Ok(Some(Baked {
+    let baked = Baked {
         impostor,
         display,
         smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
-    }))
+    };
+    let layers = Layers {
+        stack,
+        recording,
+        visible,
+    };
+    Ok(Some((baked, layers)))
 }
 
 /// How far meshes go into shadows and, at borders, know what is beside them, in texels.

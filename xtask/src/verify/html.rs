@@ -5,13 +5,14 @@ use super::report::{Summary, VerifyReport};
 use super::subject::Subject;
 use super::totals::{Dot, Totals};
 use super::view::ViewFigures;
+use super::wireframe::wireframes;
 use super::worst::ViewPictures;
 use crate::pictures::{contact_sheet, png};
 use crate::view_space;
 use anyhow::{Context, Result};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use farfield_bundle::{Beyond, Manifest, SceneSource, ViewSpace};
+use farfield_bundle::{Beyond, Manifest, SceneSource, Technique, ViewSpace};
 use farfield_grid::Grid;
 use farfield_pages::{Patch, compose_layer};
 use farfield_scene::Scene;
@@ -38,6 +39,8 @@ struct Page<'a> {
     coverage: Vec<CoverageRow>,
     beyond: Option<BeyondWords>,
     notes: &'a [String],
+    edges: &'static str,
+    wireframes: Vec<WireframeView<'a>>,
     sheets: Vec<Sheet<'a>>,
     pages: Vec<AtlasPage>,
     facts: Vec<Fact>,
@@ -120,6 +123,14 @@ struct BeyondWords {
     distance: String,
     coverage: String,
     error: String,
+}
+
+#[derive(Serialize)]
+struct WireframeView<'a> {
+    name: &'a str,
+    view: u64,
+    place: &'static str,
+    picture: String,
 }
 
 #[derive(Serialize)]
@@ -210,6 +221,11 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
             .collect(),
         beyond: report.beyond.map(beyond),
         notes: &manifest.promise.notes,
+        edges: match manifest.technique {
+            Technique::Layered { .. } => "Outlines of the quads",
+            Technique::Tdm { .. } => "Edges of the triangles",
+        },
+        wireframes: wireframe_views(sources.subjects),
         sheets: made
             .filter_map(|(subject, construction)| sheet(subject, &construction.patches))
             .collect(),
@@ -417,6 +433,23 @@ fn beyond(beyond: Beyond) -> BeyondWords {
         coverage: format!("{:.3}", beyond.screen_coverage),
         error: format!("{:.3e} m", beyond.geometric_error_m),
     }
+}
+
+/// The edges of each impostor, from two of its viewpoints.
+fn wireframe_views<'a>(subjects: &'a [Subject<'a>]) -> Vec<WireframeView<'a>> {
+    let count = subjects.len() as u64;
+    let of = |(number, subject): (u64, &'a Subject<'a>)| {
+        wireframes(subject).map(|wireframe| WireframeView {
+            name: subject.name,
+            view: wireframe.index * count + number,
+            place: match wireframe.index {
+                0 => "the reference viewpoint",
+                _ => "the corner of the cell that sees it most obliquely",
+            },
+            picture: data_uri(&png(&wireframe.picture)),
+        })
+    };
+    (0..).zip(subjects).flat_map(of).collect()
 }
 
 /// All layers of an impostor, as their quads show them; `None` where the quads are none of its

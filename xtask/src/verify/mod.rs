@@ -16,6 +16,7 @@ mod surface;
 mod table;
 mod totals;
 mod view;
+mod wireframe;
 mod worst;
 
 pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
