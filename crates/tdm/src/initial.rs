@@ -6,8 +6,9 @@ use crate::joints::Joints;
 use crate::mesh::{join, root};
 use crate::reach::{Gap, Light, Lit};
 use crate::touch::Target;
-use crate::{Cuboid, Mesh, VoxelLayers};
+use crate::{Cuboid, Hold, Mesh, VoxelLayers};
 use glam::Vec3;
+use std::collections::HashSet;
 
 /// No vertex.
 const NONE: u32 = u32::MAX;
@@ -37,6 +38,7 @@ const NONE: u32 = u32::MAX;
 ///
 /// * `points` - a point of the surface in each voxel; voxels' centres will do, but the mesh then has
 ///   steps half a voxel high
+/// * `fixed` - voxels whose faces stay where voxels meet, here and when the mesh is simplified
 /// * `enlarged` - side of a voxel, in voxels, when it is asked whether a triangle touches it; at least 1
 ///
 /// Takes time and memory in proportion to voxels, but for looking them up, where it takes memory for
@@ -45,7 +47,12 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// When a voxel lies outside of its layer, or there are not as many points as voxels.
-pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) -> Mesh {
+pub fn initial_mesh(
+    voxels: &VoxelLayers<'_>,
+    points: &[Vec3],
+    fixed: &[u32],
+    enlarged: f32,
+) -> Mesh {
     let light = Light::new(voxels);
     let (faces, flaps) = without_flaps(faces(voxels, &light));
     let corners = corners(&faces);
@@ -55,6 +62,11 @@ pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) ->
     let shown = shown(&faces, &flaps, &light.reaches(voxels));
     let borders = borders(&faces, &corners, count, voxels, &light);
     let mut positions = midst(&faces, &flaps, &corners, &steps, points, &borders);
+    let mut holds: Vec<Hold> = borders.iter().map(|border| border.hold()).collect();
+    for vertex in of_voxels(fixed, &faces, &corners) {
+        positions[vertex as usize] = steps[vertex as usize];
+        holds[vertex as usize] = Hold::Exactly;
+    }
     for vertex in vanished(&faces, &corners, &positions) {
         let place = steps[vertex as usize];
         positions[vertex as usize] = place.with_z(positions[vertex as usize].z);
@@ -67,10 +79,7 @@ pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) ->
                 positions,
                 triangles,
                 voxels: standing,
-                held: borders
-                    .iter()
-                    .map(|border| *border != Border::InShadow)
-                    .collect(),
+                holds,
             };
         }
         for vertex in missed.iter().flat_map(|face| corners[*face as usize]) {
@@ -168,6 +177,14 @@ fn midst(
     around.chunk_by(|a, b| a[0] == b[0]).map(place).collect()
 }
 
+/// The vertices of the faces of some voxels.
+fn of_voxels(voxels: &[u32], faces: &[Face], corners: &[[u32; 4]]) -> Vec<u32> {
+    let chosen: HashSet<u32> = voxels.iter().copied().collect();
+    let shows = |(face, _): &(&Face, &[u32; 4])| face.voxels.iter().any(|v| chosen.contains(v));
+    let of_chosen = faces.iter().zip(corners).filter(shows);
+    of_chosen.flat_map(|(_, vertices)| *vertices).collect()
+}
+
 /// The vertices of fronts and backs of which hardly anything is left, seen from before.
 fn vanished(faces: &[Face], corners: &[[u32; 4]], positions: &[Vec3]) -> Vec<u32> {
     let is_small = |(face, vertices): &(&Face, &[u32; 4])| {
@@ -203,6 +220,15 @@ enum Border {
     Beside,
     /// Where a wall begins or ends in depth: the surface goes on to the end of its voxels.
     InDepth(f32),
+}
+
+impl Border {
+    fn hold(self) -> Hold {
+        match self {
+            Self::InShadow => Hold::Free,
+            Self::No | Self::Fold | Self::Beside | Self::InDepth(_) => Hold::Near,
+        }
+    }
 }
 
 fn borders(
@@ -426,7 +452,7 @@ mod tests {
                 true => blob.points(),
                 false => blob.centers(),
             };
-            let mesh = initial_mesh(&layers, &points, enlarged);
+            let mesh = initial_mesh(&layers, &points, &[], enlarged);
             let boxes = layers.boxes(enlarged);
             let mut stood_for = vec![false; boxes.len()];
             for (triangle, voxels) in mesh.triangles.iter().zip(&mesh.voxels) {
@@ -476,7 +502,7 @@ mod tests {
                     prop_assert!(is_apart || in_mesh == *other);
                 }
             }
-            let mesh = initial_mesh(&blob.layers(), &blob.centers(), 1.5);
+            let mesh = initial_mesh(&blob.layers(), &blob.centers(), &[], 1.5);
             let mut around = vec![Vec::new(); mesh.positions.len()];
             for t in &mesh.triangles {
                 for i in 0..3 {
@@ -504,7 +530,7 @@ mod tests {
         let blob = blob.reached_where(|x, _, l| usize::from(x) >= l);
         let on_slope = |center: &Vec3| center.with_z(center.x);
         let points: Vec<Vec3> = blob.centers().iter().map(on_slope).collect();
-        let mesh = initial_mesh(&blob.layers(), &points, 1.5);
+        let mesh = initial_mesh(&blob.layers(), &points, &[], 1.5);
         let edges = edges(&mesh);
         assert!(edges.values().all(|count| *count <= 2));
         // Vertices less edges plus faces: a disk.

@@ -15,6 +15,6 @@ mod touch;
 
 pub use charts::{Chart, ChartTexel, charts};
 pub use initial::initial_mesh;
-pub use mesh::{Cuboid, Mesh, VoxelLayers, pieces};
+pub use mesh::{Cuboid, Hold, Mesh, VoxelLayers, pieces};
 pub use near::VoxelIndex;
 pub use simplify::{Simplified, simplify};

@@ -79,9 +79,19 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Of each triangle the voxels that it touches and stands for; a voxel has at most one triangle.
     pub voxels: Vec<Vec<u32>>,
-    /// Of each vertex whether the mesh must not shrink from it: all but those on borders where the surface
-    /// goes on unseen.
-    pub held: Vec<bool>,
+    /// Of each vertex how it is held when the mesh is simplified.
+    pub holds: Vec<Hold>,
+}
+
+/// How a vertex is held when a mesh is simplified.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hold {
+    /// Not at all: it lies on a border where the surface goes on unseen.
+    Free,
+    /// The mesh must not shrink from it by much.
+    Near,
+    /// The mesh must go on to pass it.
+    Exactly,
 }
 
 /// Number of pieces of a mesh that do not hang together over vertices.

@@ -3,7 +3,7 @@
 use crate::mesh::{join, root};
 use crate::near::VoxelIndex;
 use crate::touch::{Target, interval_in_box};
-use crate::{Cuboid, Mesh, VoxelLayers};
+use crate::{Cuboid, Hold, Mesh, VoxelLayers};
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -75,12 +75,12 @@ struct Work {
     /// How far from its centre the thickest of them reaches.
     reach: Vec3,
     /// Where vertices were at first from which the mesh must not shrink.
-    places: Vec<Vec3>,
+    places: Vec<(Vec3, Hold)>,
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
     voxels: Vec<Vec<u32>>,
-    held: Vec<bool>,
+    holds: Vec<Hold>,
     /// Of each vertex its triangles; none where it is gone.
     around: Vec<Vec<u32>>,
     /// How often the triangles around each vertex have changed.
@@ -110,17 +110,20 @@ impl Work {
         }
         let count: usize = voxels.layers.iter().map(Vec::len).sum();
         let (mut places, mut standing) = (Vec::new(), mesh.voxels.clone());
-        for (vertex, _) in (0..).zip(&mesh.held).filter(|(_, is_on)| **is_on) {
+        for (vertex, hold) in (0..)
+            .zip(&mesh.holds)
+            .filter(|(_, hold)| **hold != Hold::Free)
+        {
             let triangle: u32 = around[vertex as usize][0];
             standing[triangle as usize].push((count + places.len()) as u32);
-            places.push(mesh.positions[vertex as usize]);
+            places.push((mesh.positions[vertex as usize], *hold));
         }
         Self {
             index: VoxelIndex::new(voxels),
             boxes: Vec::new(),
             reach: Vec3::ZERO,
             places,
-            held: mesh.held.clone(),
+            holds: mesh.holds.clone(),
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
             voxels: standing,
@@ -135,9 +138,13 @@ impl Work {
         self.boxes = voxels.boxes(enlarged);
         let halves = self.boxes.iter().map(|place| place.half);
         self.reach = halves.fold(Vec3::ZERO, Vec3::max);
-        let places = self.places.iter().map(|center| Cuboid {
+        let places = self.places.iter().map(|(center, hold)| Cuboid {
             center: *center,
-            half: Vec3::splat(shrunk),
+            half: Vec3::splat(if *hold == Hold::Exactly {
+                ROUNDING
+            } else {
+                shrunk
+            }),
         });
         self.boxes.extend(places);
     }
@@ -427,7 +434,7 @@ impl Work {
             result.triangles.push(triangle.map(|vertex| {
                 *moved[vertex as usize].get_or_insert_with(|| {
                     result.positions.push(self.positions[vertex as usize]);
-                    result.held.push(self.held[vertex as usize]);
+                    result.holds.push(self.holds[vertex as usize]);
                     result.positions.len() as u32 - 1
                 })
             }));
@@ -480,7 +487,7 @@ mod tests {
         #[test]
         fn no_voxel_is_lost(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
-            let (mesh, boxes) = (initial_mesh(&layers, &blob.points(), enlarged), layers.boxes(enlarged));
+            let (mesh, boxes) = (initial_mesh(&layers, &blob.points(), &[], enlarged), layers.boxes(enlarged));
             let found = simplify(&mesh, &layers, enlarged);
             let simple = &found.mesh;
             prop_assert_eq!(characteristic(simple), characteristic(&mesh));
@@ -494,7 +501,7 @@ mod tests {
                     .map(|(t, _)| t.map(|v| simple.positions[v as usize]));
                 prop_assert!(standing.any(|t| Target::new(t).touches(place)));
             }
-            let held = mesh.positions.iter().zip(&mesh.held).filter(|(_, held)| **held);
+            let held = mesh.positions.iter().zip(&mesh.holds).filter(|(_, hold)| **hold != Hold::Free);
             for (center, _) in held {
                 let place = Cuboid { center: *center, half: Vec3::splat(enlarged / 3.0) };
                 let mut all = simple.triangles.iter().map(|t| t.map(|v| simple.positions[v as usize]));
@@ -511,7 +518,7 @@ mod tests {
         fn borders_stay_in_voxels(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
             let boxes = layers.boxes(enlarged);
-            let mesh = initial_mesh(&layers, &blob.points(), enlarged);
+            let mesh = initial_mesh(&layers, &blob.points(), &[], enlarged);
             let simple = simplify(&mesh, &layers, enlarged).mesh;
             let places = |mesh: &Mesh, ends: [u32; 2]| ends.map(|v| mesh.positions[v as usize]);
             let at_first: Vec<[Vec3; 2]> = edges(&mesh).keys().map(|ends| places(&mesh, *ends)).collect();
@@ -562,7 +569,7 @@ mod tests {
             borders: &borders,
         };
         let centers: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
-        let mesh = initial_mesh(&voxels, &centers, 1.5);
+        let mesh = initial_mesh(&voxels, &centers, &[], 1.5);
         let found = simplify(&mesh, &voxels, 1.5);
         (mesh.triangles.len(), found.mesh.triangles.len())
     }

@@ -5,6 +5,7 @@ pub(crate) mod channels;
 mod layered;
 mod limits;
 pub mod recording;
+mod sights;
 mod tdm;
 
 use crate::console::{Console, peak_rss_bytes};

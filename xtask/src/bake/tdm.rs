@@ -6,6 +6,7 @@ use super::recording::{
     Layers, Settings, description, place, reached, record_layers, recording_camera, shows_backs,
     visible,
 };
+use super::sights::Sights;
 use crate::console::Console;
 use crate::parts::Part;
 use crate::voxels::{Projection, VoxelGrid};
@@ -20,6 +21,7 @@ use farfield_scene::{AlphaMode, Material, Scene};
 use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// Texels round each chart: what bilinear filtering touches, and one more.
 const GUTTER: u32 = 2;
@@ -75,17 +77,33 @@ pub(super) fn bake(
     let grid = VoxelGrid::new(&stack, &projection, &visible, reached);
     let voxels = grid.layers();
     let points = projection.points(scene, &visible.samples);
-    let initial = console.stage("connect", || {
-        initial_mesh(&voxels, &points, enlarged as f32)
-    });
-    let mut simple = console.stage("simplify", || {
-        simplify(&initial, &voxels, enlarged as f32).mesh
-    });
-    let world: Vec<DVec3> = simple
-        .positions
-        .iter()
-        .map(|p| projection.point_in_world(p.as_dvec3()))
-        .collect();
+    let sights = Sights {
+        scene,
+        textures,
+        settings,
+        stack: &stack,
+        projection: &projection,
+    };
+    let index = VoxelIndex::new(&voxels);
+    let mut fixed = BTreeSet::new();
+    let (initial, mut simple, world) = loop {
+        let exactly: Vec<u32> = fixed.iter().copied().collect();
+        let initial = console.stage("connect", || {
+            initial_mesh(&voxels, &points, &exactly, enlarged as f32)
+        });
+        let simple = console.stage("simplify", || {
+            simplify(&initial, &voxels, enlarged as f32).mesh
+        });
+        let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
+        let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
+        let gaps = console.stage("look through", || sights.gaps(&world, &simple.triangles));
+        let around = |gap: &Vec3| index.near(*gap, AROUND_GAPS).map(|(voxel, _)| voxel);
+        let count = fixed.len();
+        fixed.extend(gaps.iter().flat_map(around));
+        if fixed.len() == count {
+            break (initial, simple, world);
+        }
+    };
     let [min, max] = part.represented;
     let origin = (min + max) / 2.0;
     // Clients drop what has no area in the file.
@@ -111,7 +129,7 @@ pub(super) fn bake(
     let pages = console.stage("paint", || {
         let painter = Painter {
             projection: &projection,
-            index: VoxelIndex::new(&voxels),
+            index,
             colors: &colors,
             triangles: &simple.triangles,
             world: &world,
@@ -153,6 +171,9 @@ pub(super) fn bake(
     };
     Ok(Some((baked, layers)))
 }
+
+/// Where one could look through a mesh, it is kept as it is this far around, in voxels.
+const AROUND_GAPS: Vec3 = Vec3::splat(2.0);
 
 /// How far meshes go into shadows and, at borders, know what is beside them, in texels.
 const INTO_SHADOW: usize = 8;
