@@ -1,4 +1,4 @@
-//! The initial mesh: steps over the voxels.
+//! The initial mesh: faces of voxels, smoothed.
 
 use crate::faces::{Face, Kind, faces};
 use crate::flaps::{Flap, without_flaps};
@@ -14,9 +14,8 @@ use std::collections::HashSet;
 const NONE: u32 = u32::MAX;
 
 /// A mesh over the voxels as lines of sight meet them: the fronts of voxels that lines reach from the
-/// layer before; and where two voxels lie right behind each other, walls from one to the next on the
-/// sides on which lines pass. Where a surface recedes from them, so that it ends in one column and goes
-/// on a layer behind in the next, the back of the last voxel joins the two.
+/// layer before; where two voxels lie right behind each other, walls from one to the next on the sides
+/// on which lines pass; and the backs of the last of them, where lines pass behind.
 ///
 /// A line of sight from layer to layer moves by at most a texel along each axis. If it meets a voxel
 /// that has none right before it, it meets its front. If there is one, the line passes that on one
@@ -24,15 +23,20 @@ const NONE: u32 = u32::MAX;
 /// a corner of the nearer layer, within a texel of the surface's border.
 /// (Jeschke, 2005, section 4.4, uses twelve rules, four vertices a voxel, and walls to all sides.)
 ///
+/// The mesh goes on for some texels into shadows, of what does not let lines of sight pass: what hides
+/// may shrink when it is simplified, and so may what it hides.
+///
 /// Two voxels side by side, of which both are seen, are touched by triangles that share an edge.
 /// Vertices lie where voxels meet, so there are no T-vertices. Mostly an edge has two triangles, or one
-/// on a border; where a surface is seen from both sides and ends, or voxels touch in an edge only,
-/// it can have more. Voxels that touch in a corner only have vertices of their own there.
+/// on a border. Where two surfaces touch in an edge, as front and back of what is thin and slopes do,
+/// each has vertices of its own there, and so it is where voxels touch in a corner. Voxels that stick out
+/// where two surfaces meet, a texel wide, have no faces: the edge touches them.
 ///
 /// Vertices are placed in the midst of the surface points that the voxels around them have: so what is
-/// flat is flat in the mesh, and not a flight of steps. Those on borders stay at corners of voxels, so
-/// that the mesh reaches as far as its voxels do; only the depth of what ends beside follows the points.
-/// Where a voxel would be missed, its vertices stay too.
+/// flat is flat in the mesh, and not a flight of steps. Where a surface folds back they are placed at the
+/// outermost of these points. Those on borders stay at corners of voxels, so that the mesh reaches as far
+/// as its voxels do; only the depth of what ends beside follows the points. Where a voxel would be
+/// missed, or a face vanish, its vertices stay too.
 ///
 /// Every voxel that has a front or a wall has one triangle that stands for it, and touches it enlarged.
 ///
@@ -185,7 +189,7 @@ fn of_voxels(voxels: &[u32], faces: &[Face], corners: &[[u32; 4]]) -> Vec<u32> {
     of_chosen.flat_map(|(_, vertices)| *vertices).collect()
 }
 
-/// The vertices of fronts and backs of which hardly anything is left, seen from before.
+/// The vertices of fronts and backs that have drawn together: points around them were the same.
 fn vanished(faces: &[Face], corners: &[[u32; 4]], positions: &[Vec3]) -> Vec<u32> {
     let is_small = |(face, vertices): &(&Face, &[u32; 4])| {
         let [a, b, c, d] = vertices.map(|v| positions[v as usize]);
@@ -195,7 +199,7 @@ fn vanished(faces: &[Face], corners: &[[u32; 4]], positions: &[Vec3]) -> Vec<u32
     small.flat_map(|(_, vertices)| *vertices).collect()
 }
 
-/// Diagonal of what counts as nothing, in voxels.
+/// Diagonal of a face of which hardly anything is left, in voxels.
 const SMALLEST: f32 = 0.5;
 
 /// Two triangles a face, along the shorter of its diagonals.

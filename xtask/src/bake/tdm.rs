@@ -18,7 +18,7 @@ use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
 use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
-use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
+use farfield_tdm::{Chart, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -85,25 +85,8 @@ pub(super) fn bake(
         projection: &projection,
     };
     let index = VoxelIndex::new(&voxels);
-    let mut fixed = BTreeSet::new();
-    let (initial, mut simple, world) = loop {
-        let exactly: Vec<u32> = fixed.iter().copied().collect();
-        let initial = console.stage("connect", || {
-            initial_mesh(&voxels, &points, &exactly, enlarged as f32)
-        });
-        let simple = console.stage("simplify", || {
-            simplify(&initial, &voxels, enlarged as f32).mesh
-        });
-        let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
-        let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
-        let gaps = console.stage("look through", || sights.gaps(&world, &simple.triangles));
-        let around = |gap: &Vec3| index.near(*gap, AROUND_GAPS).map(|(voxel, _)| voxel);
-        let count = fixed.len();
-        fixed.extend(gaps.iter().flat_map(around));
-        if fixed.len() == count {
-            break (initial, simple, world);
-        }
-    };
+    let (initial_triangles, mut simple, world) =
+        closed_mesh(&voxels, &points, &index, &sights, enlarged as f32, console);
     let [min, max] = part.represented;
     let origin = (min + max) / 2.0;
     // Clients drop what has no area in the file.
@@ -147,7 +130,7 @@ pub(super) fn bake(
     );
     let body = TdmBody {
         recorded: description(&stack, &recording, &visible),
-        initial_triangles: initial.triangles.len() as u64,
+        initial_triangles,
         triangles: simple.triangles.len() as u64,
         pieces: pieces(&simple.triangles) as u64,
         charts: charts.len() as u64,
@@ -170,6 +153,35 @@ pub(super) fn bake(
         visible,
     };
     Ok(Some((baked, layers)))
+}
+
+/// Triangles of the initial mesh, the simplified one, and its vertices in the world. Whatever opens as
+/// both are no exact copies of the surface is found by looking, and made again exactly, until nothing
+/// is open.
+fn closed_mesh(
+    voxels: &VoxelLayers<'_>,
+    points: &[Vec3],
+    index: &VoxelIndex,
+    sights: &Sights<'_>,
+    enlarged: f32,
+    console: &Console,
+) -> (u64, Mesh, Vec<DVec3>) {
+    let mut fixed = BTreeSet::new();
+    loop {
+        let fixed_before: Vec<u32> = fixed.iter().copied().collect();
+        let initial = console.stage("connect", || {
+            initial_mesh(voxels, points, &fixed_before, enlarged)
+        });
+        let simple = console.stage("simplify", || simplify(&initial, voxels, enlarged).mesh);
+        let place = |p: &Vec3| sights.projection.point_in_world(p.as_dvec3());
+        let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
+        let gaps = console.stage("look through", || sights.gaps(&world, &simple.triangles));
+        let around = |gap: &Vec3| index.near(*gap, AROUND_GAPS).map(|(voxel, _)| voxel);
+        fixed.extend(gaps.iter().flat_map(around));
+        if fixed.len() == fixed_before.len() {
+            return (initial.triangles.len() as u64, simple, world);
+        }
+    }
 }
 
 /// Where one could look through a mesh, it is kept as it is this far around, in voxels.
