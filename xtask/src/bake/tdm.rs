@@ -185,7 +185,7 @@ fn closed_mesh(
 }
 
 /// Where one could look through a mesh, it is kept as it is this far around, in voxels.
-const AROUND_GAPS: Vec3 = Vec3::splat(2.0);
+const AROUND_GAPS: Vec3 = Vec3::splat(1.0);
 
 /// How far meshes go into shadows and, at borders, know what is beside them, in texels.
 const INTO_SHADOW: usize = 8;
