@@ -101,10 +101,10 @@ pub const LAYERED: Powers = Powers {
 
 /// The cost of textured depth meshes with voxels enlarged by 1.5, of texels and triangles of the scene.
 ///
-/// Fitted like [`LAYERED`]; off by 51 % on average there, as borders and holes of a mesh are not
-/// counted, and by 40 % for the other bakes. The technique that is predicted to cost less does so in 20
-/// of the 23 bakes, and in 11 of the 12; to take layers always would be right in 19 and 10. Only houses
-/// from near were cheaper as meshes, so nothing is known of other scenes that may be.
+/// Fitted like [`LAYERED`], when meshes took up to three times the triangles that they take now: it
+/// overrates them, by 70 % on average there and by 65 % for the other bakes, as borders and holes of a
+/// mesh are not counted. The technique that is predicted to cost less does so in 16 of the 23 bakes, and
+/// in 10 of the 12; where it does not, layers are chosen although a mesh would be smaller.
 pub const TDM: Powers = Powers {
     factor: 24.9,
     exponents: [0.811, 0.253],
