@@ -135,6 +135,9 @@ fn surface(
     }
 }
 
+/// By how much the cosines of two angles differ at least, if one is not taken for the other.
+const TIE: f64 = 1e-6;
+
 /// The triangle of a hit as a camera sees it.
 struct TriangleInView {
     corners: [DVec3; 3],
@@ -195,7 +198,9 @@ impl TriangleInView {
             true => normal.dot(*sight).abs(),
             false => -normal.dot(*sight),
         };
-        let squarer = |a, b| match squareness(&b) > squareness(&a) {
+        // Of what is alike the first, however it is rounded.
+        let least = normal.length() * TIE;
+        let squarer = |a, b| match squareness(&b) > squareness(&a) + least {
             true => b,
             false => a,
         };
