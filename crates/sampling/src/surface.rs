@@ -135,8 +135,8 @@ fn surface(
     }
 }
 
-/// By how much the cosines of two angles differ at least, if one is not taken for the other.
-const TIE: f64 = 1e-6;
+/// Cosine below which a surface is seen edge-on, and rounding tells from which side.
+const EDGE_ON: f64 = 1e-9;
 
 /// The triangle of a hit as a camera sees it.
 struct TriangleInView {
@@ -182,7 +182,7 @@ impl TriangleInView {
     }
 
     /// Growth of uv over the width and over the height of a pixel at the hit, seen from where in a
-    /// cell it is seen most squarely; zero where it is seen edge-on from everywhere.
+    /// cell it is seen most squarely; as the camera has it where nobody sees more than its edge.
     ///
     /// Tried are the camera, the corners, and halfway between the best and these, three times: that is
     /// within a quarter of a level of detail of the best there is.
@@ -194,29 +194,39 @@ impl TriangleInView {
         corners: impl Iterator<Item = DVec3> + Clone,
     ) -> [Vec2; 2] {
         let normal = self.normal();
-        let squareness = |sight: &DVec3| match self.double_sided {
-            true => normal.dot(*sight).abs(),
-            false => -normal.dot(*sight),
+        let size = camera.pixel_size() * self.point.z;
+        let growth = |sight: DVec3| {
+            let right = DVec3::X.reject_from_normalized(sight).normalize_or_zero();
+            self.grown([right * size.x, sight.cross(right) * size.y], sight)
         };
-        // Of what is alike the first, however it is rounded.
-        let least = normal.length() * TIE;
-        let squarer = |a, b| match squareness(&b) > squareness(&a) + least {
+        // By how fine it is, not by the angle: of sights that are alike either will do.
+        let coarseness = |sight: DVec3| {
+            let facing = match self.double_sided {
+                true => normal.dot(sight).abs(),
+                false => -normal.dot(sight),
+            };
+            let is_seen = facing > EDGE_ON * normal.length();
+            let [a, b] = growth(sight).map(Vec2::length);
+            match is_seen && a.max(b) > 0.0 {
+                true => a.max(b),
+                false => f32::INFINITY,
+            }
+        };
+        let finer = |a: DVec3, b: DVec3| match coarseness(b) < coarseness(a) {
             true => b,
             false => a,
         };
         let sights = corners.chain([self.point]);
         let sights = sights.filter_map(DVec3::try_normalize);
-        let Some(best) = sights.clone().reduce(squarer) else {
-            return [Vec2::ZERO; 2];
+        let best = sights.clone().reduce(finer);
+        let Some(best) = best.filter(|best| coarseness(*best).is_finite()) else {
+            return self.footprint(camera);
         };
         let halfway = |best: DVec3| {
             let sights = sights.clone();
             sights.filter_map(move |other| (best + other).try_normalize())
         };
-        let sight = (0..3).fold(best, |best, _| halfway(best).fold(best, squarer));
-        let right = DVec3::X.reject_from_normalized(sight).normalize_or_zero();
-        let size = camera.pixel_size() * self.point.z;
-        self.grown([right * size.x, sight.cross(right) * size.y], sight)
+        growth((0..3).fold(best, |best, _| halfway(best).fold(best, finer)))
     }
 
     /// Growth of uv along two offsets of a line of sight; zero where it runs along the triangle.
