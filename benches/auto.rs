@@ -1,12 +1,12 @@
 //! What `bake --technique auto` predicts, beside what is made; and its constants, fitted again.
 
-use farfield_layers::{Aim, PromisedCamera, box_corners};
+use crate::models::settings;
 use farfield_sampling::{Foliage, Textures};
 use farfield_views::ViewCell;
 use std::path::PathBuf;
 use xtask::auto::{Powers, Survey, TRIANGLE_BYTES, layered_bytes, survey, tdm_bytes};
-use xtask::recording::{Settings, cull, place, record_layers};
-use xtask::{BakeOptions, BuiltIn, Channels, Console, Making, SceneChoice, ViewCellSpec, bake};
+use xtask::recording::{cull, place, record_layers};
+use xtask::{BakeOptions, BuiltIn, Console, Making, SceneChoice, ViewCellSpec, bake};
 
 /// A scene, and its view cell as on the command line.
 type Entry = (&'static str, &'static str);
@@ -156,18 +156,7 @@ fn surveyed(source: &SceneChoice, cell: &ViewCellSpec) -> Survey {
         SceneChoice::File(path) => farfield_import::read(path).expect("it can be read").scene,
         SceneChoice::BuiltIn(_) => farfield_town::house(0),
     };
-    let settings = Settings {
-        cell: ViewCell::Box { center, size },
-        hull: box_corners(scene.bounds().expect("the scene has triangles")),
-        camera: PromisedCamera {
-            aim: Aim::Center,
-            fov: 45f64.to_radians(),
-            resolution: 512,
-        },
-        page_size: 4096,
-        foliage: Foliage::Any,
-        channels: Channels::Lit,
-    };
+    let settings = settings(&scene, ViewCell::Box { center, size });
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
     let textures = Textures::new(&scene);
     let recording = record_layers(&scene, &textures, &stack, &settings.cell, Foliage::Any);

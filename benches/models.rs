@@ -94,12 +94,9 @@ fn view_cell(center: [f64; 3], size: [f64; 3]) -> ViewCell {
     }
 }
 
-/// Places, records and culls a model's layers.
-pub(crate) fn prepare(model: Model) -> Layered {
-    let Model {
-        name, scene, cell, ..
-    } = model;
-    let settings = Settings {
+/// An impostor of a scene for 512 x 512 pixels, as a bake makes it unless asked otherwise.
+pub(crate) fn settings(scene: &Scene, cell: ViewCell) -> Settings {
+    Settings {
         cell,
         hull: box_corners(scene.bounds().expect("the scene has triangles")),
         camera: PromisedCamera {
@@ -110,7 +107,15 @@ pub(crate) fn prepare(model: Model) -> Layered {
         page_size: 4096,
         foliage: Foliage::Any,
         channels: Channels::Lit,
-    };
+    }
+}
+
+/// Places, records and culls a model's layers.
+pub(crate) fn prepare(model: Model) -> Layered {
+    let Model {
+        name, scene, cell, ..
+    } = model;
+    let settings = settings(&scene, cell);
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
     let recording = record_layers(&scene, &Textures::new(&scene), &stack, &cell, Foliage::Any);
     let visible = cull(&recording, stack.width, stack.height);

@@ -1,7 +1,7 @@
 //! The faces of voxels at which lines of sight meet them.
 
 use crate::VoxelLayers;
-use crate::reach::{Gap, Light, Lit};
+use crate::reach::{Gap, Light};
 use farfield_grid::Grid;
 
 /// No voxel.
@@ -67,7 +67,7 @@ impl Between<'_> {
 
     /// Whether lines of sight pass in a column, or nearly so.
     fn is_open(&self, at: [i32; 2]) -> bool {
-        !self.is_solid(at) && self.light.lit(self.gap(at)) != Lit::Not
+        !self.is_solid(at) && self.light.is_lit(self.gap(at))
     }
 
     fn is_solid(&self, at: [i32; 2]) -> bool {

@@ -4,7 +4,7 @@ use crate::faces::{Face, Kind, faces};
 use crate::flaps::{Flap, without_flaps};
 use crate::joints::Joints;
 use crate::mesh::{join, root};
-use crate::reach::{Gap, Light, Lit};
+use crate::reach::{Gap, Light};
 use crate::touch::Target;
 use crate::{Cuboid, Hold, Mesh, VoxelLayers};
 use glam::Vec3;
@@ -262,7 +262,7 @@ fn borders(
         let face = &faces[*face as usize];
         let sides = [*side, (*side + 1) % 4].map(|i| face.corners[i]);
         let layer = sides[0][2] as usize;
-        let is_dark = |gap: &Gap| !light.is_solid(*gap) && light.lit(*gap) == Lit::Not;
+        let is_dark = |gap: &Gap| !light.is_solid(*gap) && !light.is_lit(*gap);
         let border = match (face.kind, side) {
             _ if gaps_around(sides).iter().any(is_dark) => Border::InShadow,
             (Kind::Wall, 0) => Border::InDepth(voxels.borders[layer]),

@@ -14,26 +14,13 @@ const LEEWAY: usize = 2;
 /// A gap between two layers in a column: column, row, and the layer behind it.
 pub(crate) type Gap = [i32; 3];
 
-/// How light it is in gaps between layers.
+/// Where between layers lines of sight pass.
 pub(crate) struct Light {
     occupied: Vec<BitMask>,
-    /// Of each layer the texels that lines of sight reach.
-    reached: Vec<BitMask>,
-    /// The same and somewhat more.
+    /// Of each layer the texels that lines of sight reach, and somewhat more.
     grazed: Vec<BitMask>,
     /// Even more.
     near: Vec<BitMask>,
-}
-
-/// Whether lines of sight pass in a gap.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Lit {
-    /// They do.
-    Fully,
-    /// They pass near.
-    Nearly,
-    /// They do not.
-    Not,
 }
 
 impl Light {
@@ -51,7 +38,6 @@ impl Light {
         let grazed = widened(voxels.reached, &occupied, GRAZED);
         Self {
             near: widened(&grazed, &occupied, LEEWAY),
-            reached: voxels.reached.to_vec(),
             grazed,
             occupied,
         }
@@ -84,26 +70,16 @@ impl Light {
         mask.is_some_and(|mask| is_in(mask, x, y) == Some(true))
     }
 
-    /// How light it is in a gap that is not solid. Lines come from the layer before, or from beside behind
-    /// a voxel that ends there. Nothing
-    /// hides what is before the first layer, behind the last or beside the grid.
-    pub(crate) fn lit(&self, [x, y, layer]: Gap) -> Lit {
+    /// Whether lines of sight pass in or near a gap that is not solid. They come from the layer before, or
+    /// from beside behind a voxel that ends there. Nothing hides what is before the first layer, behind the
+    /// last or beside the grid.
+    pub(crate) fn is_lit(&self, [x, y, layer]: Gap) -> bool {
         let from = match self.is_occupied([x, y], layer - 1) {
             true => layer,
             false => layer - 1,
         };
-        let Ok(from) = usize::try_from(from) else {
-            return Lit::Fully;
-        };
-        let is_lit = |masks: &[BitMask]| {
-            let mask = masks.get(from);
-            mask.is_none_or(|mask| is_in(mask, x, y) != Some(false))
-        };
-        match (is_lit(&self.reached), is_lit(&self.near)) {
-            (true, _) => Lit::Fully,
-            (false, true) => Lit::Nearly,
-            (false, false) => Lit::Not,
-        }
+        let mask = usize::try_from(from).ok().and_then(|l| self.near.get(l));
+        mask.is_none_or(|mask| is_in(mask, x, y) != Some(false))
     }
 }
 

@@ -10,7 +10,7 @@ use farfield_views::Camera;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// How often is looked: from corners, edges and faces of the cell, and as often again from within.
+/// How often is looked: from corners, edges and faces of the cell, and from within.
 const VIEWPOINTS: u64 = 150;
 
 /// Of the viewpoints within: others than those from which bundles are verified.
@@ -38,12 +38,12 @@ impl Sights<'_> {
         let center = hull.iter().sum::<DVec3>() / hull.len() as f64;
         let mesh = bare(positions, triangles, center);
         let mesh_textures = Textures::new(&mesh);
+        let borders = self.stack.borders();
         let of_view = |index| {
             let eye = cell.viewpoint(index, SEED);
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
             let shown = rasterize(&mesh, &mesh_textures, &view).depth;
-            let borders = self.stack.borders();
             let [a, b] = [&original, &shown]
                 .map(|depth| layer_indices(depth, &view, &self.stack.pose, &borders));
             let place = |[x, y]: [u32; 2]| {
