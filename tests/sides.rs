@@ -9,8 +9,14 @@ use glam::{DAffine3, DQuat, DVec3, Vec2, Vec4};
 use std::path::Path;
 use xtask::{Arrangement, BakeOptions, BuiltIn, Console, SceneChoice, VerifyOptions, bake, verify};
 
+/// The smallest town.
+const TOWN: BuiltIn = BuiltIn::Town {
+    triangles: 100_000,
+    seed: 1,
+};
+
 fn town() -> SceneChoice {
-    SceneChoice::BuiltIn(BuiltIn::default())
+    SceneChoice::BuiltIn(TOWN)
 }
 
 /// On the market place of the built-in town.

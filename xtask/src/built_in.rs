@@ -22,10 +22,10 @@ pub enum BuiltIn {
 const HOUSE_SEED: u64 = 0;
 
 impl Default for BuiltIn {
-    /// The smallest town.
+    /// A town of some three hundred houses.
     fn default() -> Self {
         Self::Town {
-            triangles: 100_000,
+            triangles: 500_000,
             seed: 1,
         }
     }
