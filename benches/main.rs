@@ -4,7 +4,8 @@
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
 //! comparison, `-- ratios` only how far the stages are from what bounds them, `-- growth` only how
 //! time and memory of a bake grow with the scene.
-//! `-- auto` tries and fits what `bake --technique auto` predicts.
+//! `-- auto` tries and fits what `bake --technique auto` predicts, `-- tdm` prints the paper's table of
+//! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
@@ -21,6 +22,7 @@ mod planar;
 mod quads;
 mod ratios;
 mod simplified;
+mod simplify;
 mod stages;
 mod tdm;
 
@@ -53,6 +55,9 @@ fn main() {
     }
     if asked("tdm").is_some() {
         return tdm::tables();
+    }
+    if asked("simplify").is_some() {
+        return simplify::table();
     }
     if asked("ratios").is_some() {
         let models = dense()

@@ -15,6 +15,7 @@ mod voxels;
 
 pub use bake::{
     Arrangement, BakeOptions, BakeReport, ImpostorReport, Limits, Making, auto, bake, recording,
+    voxelize,
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};

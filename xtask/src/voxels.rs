@@ -12,6 +12,7 @@ use rayon::prelude::*;
 /// Maps the world to the warped grid and back (Jeschke, 2005, section 4.3): x and y are texels, z is
 /// 1 / depth, scaled so that layers are 1 thick on average. A projection, so that what is straight in
 /// one is so in the other.
+#[derive(Clone, Debug)]
 pub(crate) struct Projection {
     camera: Camera,
     /// 1 / depth where z is 0.
@@ -83,6 +84,7 @@ impl Projection {
 }
 
 /// The voxels of a stack's layers that can be seen.
+#[derive(Clone, Debug)]
 pub(crate) struct VoxelGrid {
     width: u32,
     height: u32,

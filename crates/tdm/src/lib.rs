@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod charts;
+mod coverage;
 mod faces;
 mod flaps;
 mod initial;
@@ -14,6 +15,7 @@ mod testing;
 mod touch;
 
 pub use charts::{Chart, ChartTexel, charts};
+pub use coverage::touched;
 pub use initial::initial_mesh;
 pub use mesh::{Cuboid, Hold, Mesh, VoxelLayers, pieces};
 pub use near::VoxelIndex;

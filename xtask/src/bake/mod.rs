@@ -7,6 +7,7 @@ mod limits;
 pub mod recording;
 mod sights;
 mod tdm;
+pub mod voxelize;
 
 use crate::console::{Console, peak_rss_bytes};
 use crate::dump;

@@ -2,18 +2,16 @@
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 4).
 
 use super::Baked;
-use super::recording::{
-    Layers, Settings, description, place, reached, record_layers, recording_camera, shows_backs,
-    visible,
-};
+use super::recording::{Layers, Settings, description, recording_camera};
 use super::sights::Sights;
+use super::voxelize::{Voxels, voxelize};
 use crate::console::Console;
 use crate::parts::Part;
-use crate::voxels::{Projection, VoxelGrid};
+use crate::voxels::Projection;
 use anyhow::{Context, Result, bail};
 use farfield_atlas::{Atlas, pack};
 use farfield_bundle::{Body, Channels, Impostor, TdmBody};
-use farfield_grid::{BitMask, Grid};
+use farfield_grid::Grid;
 use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
 use farfield_sampling::{Lighting, Textures, sample_colors};
@@ -45,43 +43,25 @@ pub(super) fn bake(
         );
     }
     let scene = &*part.scene;
-    let stack = console.stage("place", || place(scene, settings))?;
-    let (width, height) = (stack.width, stack.height);
-    let camera = recording_camera(&stack);
-    let recording = console.stage("record", || {
-        let Settings {
-            cell, hull, camera, ..
-        } = settings;
-        let mut recording = record_layers(scene, textures, &stack, cell, settings.foliage);
-        // Nobody looks through a back from behind, so whoever could has been stopped before.
-        if !shows_backs(scene, textures, cell, hull, camera) {
-            recording
-                .samples
-                .iter_mut()
-                .for_each(|sample| sample.occludes = true);
-        }
-        recording
-    });
-    let (reached, visible) = console.stage("cull", || {
-        let reached = reached(&recording, width, height);
-        let around: Vec<BitMask> = reached.par_iter().map(surroundings).collect();
-        let visible = visible(&recording, &around);
-        (reached, visible)
-    });
-    if visible.samples.is_empty() {
+    let Some(voxels) = voxelize(scene, textures, settings, console)? else {
         return Ok(None);
-    }
+    };
+    let Voxels {
+        layers,
+        projection,
+        grid,
+        points,
+    } = voxels;
+    let (stack, visible) = (&layers.stack, &layers.visible);
+    let camera = recording_camera(stack);
     let (light, cell) = (Lighting::default(), settings.cell.corners());
     let colors = sample_colors(scene, textures, &camera, &cell, &visible.samples, &light);
-    let projection = Projection::of(&stack);
-    let grid = VoxelGrid::new(&stack, &projection, &visible, reached);
     let voxels = grid.layers();
-    let points = projection.points(scene, &visible.samples);
     let sights = Sights {
         scene,
         textures,
         settings,
-        stack: &stack,
+        stack,
         projection: &projection,
     };
     let index = VoxelIndex::new(&voxels);
@@ -129,7 +109,7 @@ pub(super) fn bake(
         &pages,
     );
     let body = TdmBody {
-        recorded: description(&stack, &recording, &visible),
+        recorded: description(stack, &layers.recording, visible),
         initial_triangles,
         triangles: simple.triangles.len() as u64,
         pieces: pieces(&simple.triangles) as u64,
@@ -145,12 +125,7 @@ pub(super) fn bake(
     let baked = Baked {
         impostor,
         display,
-        smallest_texel: smallest_texel(&stack, &corners, &settings.camera),
-    };
-    let layers = Layers {
-        stack,
-        recording,
-        visible,
+        smallest_texel: smallest_texel(stack, &corners, &settings.camera),
     };
     Ok(Some((baked, layers)))
 }
@@ -186,13 +161,6 @@ fn closed_mesh(
 
 /// Where one could look through a mesh, it is kept as it is this far around, in voxels.
 const AROUND_GAPS: Vec3 = Vec3::splat(1.0);
-
-/// How far meshes go into shadows and, at borders, know what is beside them, in texels.
-const INTO_SHADOW: usize = 8;
-
-fn surroundings(reached: &BitMask) -> BitMask {
-    (0..INTO_SHADOW).fold(reached.clone(), |mask, _| mask.dilated())
-}
 
 /// What the texels of a mesh's charts are painted from.
 struct Painter<'a> {
