@@ -32,6 +32,19 @@ impl Hit {
         let weights = weights(self).map(f64::from);
         (0..3).map(|i| corners[i] * weights[i]).sum()
     }
+
+    /// The triangle's normal in the world, of length 1, on the side that it is the front of; zero where
+    /// the triangle has no area.
+    ///
+    /// # Panics
+    ///
+    /// When the object or the triangle does not exist.
+    pub fn normal_in_world(&self, scene: &Scene) -> DVec3 {
+        let [a, b, c] = scene
+            .triangle_in(self.object, self.triangle)
+            .map(|vertex| scene.world_position(self.object, vertex));
+        (b - a).cross(c - a).normalize_or_zero()
+    }
 }
 
 /// A material at a point, before any light; the channels of a relightable picture.

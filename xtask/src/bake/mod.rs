@@ -4,6 +4,7 @@ pub mod auto;
 pub(crate) mod channels;
 mod layered;
 mod limits;
+mod painter;
 pub mod recording;
 mod sights;
 mod tdm;

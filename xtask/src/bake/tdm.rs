@@ -2,12 +2,12 @@
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 4).
 
 use super::Baked;
+use super::painter::{GUTTER, Painter, normals};
 use super::recording::{Layers, Settings, description, recording_camera};
 use super::sights::Sights;
 use super::voxelize::{Voxels, voxelize};
 use crate::console::Console;
 use crate::parts::Part;
-use crate::voxels::Projection;
 use anyhow::{Context, Result, bail};
 use farfield_atlas::{Atlas, pack};
 use farfield_bundle::{Body, Channels, Impostor, TdmBody};
@@ -18,11 +18,7 @@ use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
 use farfield_tdm::{Chart, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use rayon::prelude::*;
 use std::collections::BTreeSet;
-
-/// Texels round each chart: what bilinear filtering touches, and one more.
-const GUTTER: u32 = 2;
 
 /// Bakes one textured depth mesh of a part of the scene that the textures are of; `None` where nothing
 /// of it can be seen.
@@ -94,6 +90,7 @@ pub(super) fn bake(
             projection: &projection,
             index,
             colors: &colors,
+            normals: &normals(scene, &stack.pose, &visible.samples),
             triangles: &simple.triangles,
             world: &world,
         };
@@ -161,60 +158,6 @@ fn closed_mesh(
 
 /// Where one could look through a mesh, it is kept as it is this far around, in voxels.
 const AROUND_GAPS: Vec3 = Vec3::splat(1.0);
-
-/// What the texels of a mesh's charts are painted from.
-struct Painter<'a> {
-    projection: &'a Projection,
-    index: VoxelIndex,
-    /// Of the voxels.
-    colors: &'a [[u8; 3]],
-    triangles: &'a [[u32; 3]],
-    /// Places of the vertices in the world.
-    world: &'a [DVec3],
-}
-
-impl Painter<'_> {
-    fn pages(&self, charts: &[Chart], atlas: &Atlas) -> Vec<Grid<[u8; 4]>> {
-        let mut pages: Vec<_> = atlas
-            .pages
-            .iter()
-            .map(|[width, height]| Grid::filled(*width as usize, *height as usize, [0, 0, 0, 255]))
-            .collect();
-        let painted: Vec<Vec<([u32; 2], [u8; 3])>> =
-            charts.par_iter().map(|chart| self.chart(chart)).collect();
-        for (texels, at) in painted.iter().zip(&atlas.placements) {
-            let page = &mut pages[at.page as usize];
-            for ([x, y], [r, g, b]) in texels {
-                page[((at.x + x) as usize, (at.y + y) as usize)] = [*r, *g, *b, 255];
-            }
-        }
-        pages
-    }
-
-    fn chart(&self, chart: &Chart) -> Vec<([u32; 2], [u8; 3])> {
-        let texels = chart.texels(GUTTER);
-        let color = |texel: &farfield_tdm::ChartTexel| {
-            // As a client shows it: affine in the world over each triangle.
-            let corners = self.triangles[texel.triangle as usize].map(|v| self.world[v as usize]);
-            let point = (0..3)
-                .map(|i| corners[i] * f64::from(texel.weights[i]))
-                .sum();
-            let place = self.projection.place(point).as_vec3();
-            ([texel.x, texel.y], self.color(place))
-        };
-        texels.iter().map(color).collect()
-    }
-
-    /// The colour of the voxels near a place in the grid, the nearer the more.
-    fn color(&self, place: Vec3) -> [u8; 3] {
-        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-        for (voxel, weight) in self.index.blended(place) {
-            sum += Vec3::from(self.colors[voxel as usize].map(f32::from)) * weight;
-            weights += weight;
-        }
-        (sum / weights).round().to_array().map(|c| c as u8)
-    }
-}
 
 /// What is displayed: one object, one mesh, an opaque, unlit material a page, seen from both sides, as
 /// a simplified triangle can face away where the surface is seen edge-on.

@@ -1,0 +1,94 @@
+//! The texels of a mesh's charts.
+
+use crate::voxels::Projection;
+use farfield_atlas::Atlas;
+use farfield_grid::Grid;
+use farfield_sampling::Sample;
+use farfield_scene::Scene;
+use farfield_tdm::{Chart, ChartTexel, VoxelIndex};
+use farfield_views::Pose;
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Texels round each chart: what bilinear filtering touches, and one more.
+pub(super) const GUTTER: u32 = 2;
+
+/// What the texels of a mesh's charts are painted from.
+pub(super) struct Painter<'a> {
+    pub projection: &'a Projection,
+    pub index: VoxelIndex,
+    /// Of the voxels.
+    pub colors: &'a [[u8; 3]],
+    /// Of the surfaces in them, on the side whose colour it is.
+    pub normals: &'a [Vec3],
+    pub triangles: &'a [[u32; 3]],
+    /// Places of the vertices in the world.
+    pub world: &'a [DVec3],
+}
+
+impl Painter<'_> {
+    pub(super) fn pages(&self, charts: &[Chart], atlas: &Atlas) -> Vec<Grid<[u8; 4]>> {
+        let mut pages: Vec<_> = atlas
+            .pages
+            .iter()
+            .map(|[width, height]| Grid::filled(*width as usize, *height as usize, [0, 0, 0, 255]))
+            .collect();
+        let painted: Vec<Vec<([u32; 2], [u8; 3])>> =
+            charts.par_iter().map(|chart| self.chart(chart)).collect();
+        for (texels, at) in painted.iter().zip(&atlas.placements) {
+            let page = &mut pages[at.page as usize];
+            for ([x, y], [r, g, b]) in texels {
+                page[((at.x + x) as usize, (at.y + y) as usize)] = [*r, *g, *b, 255];
+            }
+        }
+        pages
+    }
+
+    fn chart(&self, chart: &Chart) -> Vec<([u32; 2], [u8; 3])> {
+        let texels = chart.texels(GUTTER);
+        let color = |texel: &ChartTexel| {
+            // As a client shows it: affine in the world over each triangle.
+            let corners = self.triangles[texel.triangle as usize].map(|v| self.world[v as usize]);
+            let point = (0..3)
+                .map(|i| corners[i] * f64::from(texel.weights[i]))
+                .sum();
+            let [a, b, c] = corners;
+            let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+            let place = self.projection.place(point).as_vec3();
+            ([texel.x, texel.y], self.color(place, normal))
+        };
+        texels.iter().map(color).collect()
+    }
+
+    /// The colour of the voxels near a place in the grid, the nearer and the more alike in direction
+    /// the more.
+    fn color(&self, place: Vec3, normal: Vec3) -> [u8; 3] {
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for (voxel, weight) in self.index.blended(place) {
+            let alike = normal.dot(self.normals[voxel as usize]);
+            let weight = weight * alike.max(SIDEWAYS);
+            sum += Vec3::from(self.colors[voxel as usize].map(f32::from)) * weight;
+            weights += weight;
+        }
+        (sum / weights).round().to_array().map(|c| c as u8)
+    }
+}
+
+/// What counts of a voxel whose surface faces elsewhere: it has a say where there is no other.
+const SIDEWAYS: f32 = 1e-3;
+
+/// Normals of the surfaces of samples; where both sides are seen, that on the side of the reference
+/// viewpoint, which the colours are of.
+pub(super) fn normals(scene: &Scene, reference: &Pose, samples: &[Sample]) -> Vec<Vec3> {
+    let normal = |sample: &Sample| {
+        let normal = sample.hit.normal_in_world(scene);
+        let material = scene.triangle_materials[sample.hit.triangle as usize];
+        let to_viewer = reference.eye - sample.hit.point_in_world(scene);
+        let is_away = normal.dot(to_viewer) < 0.0;
+        match scene.materials[material as usize].double_sided && is_away {
+            true => -normal.as_vec3(),
+            false => normal.as_vec3(),
+        }
+    };
+    samples.par_iter().map(normal).collect()
+}
