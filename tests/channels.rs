@@ -1,22 +1,16 @@
 //! What the pages hold: colours that are shown as they are, or what an engine lights.
 
-use crate::setup::{model, options, options_in_cell, verified};
-use farfield_bundle::GLTF_FILE;
+use crate::setup::{display, model, options, options_in_cell, verified};
 use farfield_grid::Grid;
 use farfield_metrics::{ColorDifference, Picture, color_difference, compared_region};
 use farfield_sampling::{Lighting, Textures, Visibility, rasterize, shade, srgb_from_linear};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell};
 use glam::{DVec3, Vec3};
-use std::path::Path;
 use xtask::{BakeOptions, BuiltIn, Channels, Console, SceneChoice, bake};
 
 fn house() -> SceneChoice {
     SceneChoice::BuiltIn(BuiltIn::House)
-}
-
-fn display(dir: &Path) -> Scene {
-    farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene
 }
 
 /// Three lights that no bake has seen: low from the left, straight from above, coloured from behind
