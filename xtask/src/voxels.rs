@@ -9,10 +9,6 @@ use farfield_views::{Camera, Pose};
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-/// To what surface points are rounded, in texels and layers: a mesh is simplified edge by edge, so
-/// that digits that depend on the scene's unit and place would make it another one.
-const FINEST: f64 = 1.0 / 1024.0;
-
 /// Maps the world to the warped grid and back (Jeschke, 2005, section 4.3): x and y are texels, z is
 /// 1 / depth, scaled so that layers are 1 thick on average. A projection, so that what is straight in
 /// one is so in the other.
@@ -70,12 +66,9 @@ impl Projection {
         self.pose().point_in_world(in_view)
     }
 
-    /// Where the surface points of samples are in the grid, to the [`FINEST`].
+    /// Where the surface points of samples are in the grid.
     pub(crate) fn points(&self, scene: &Scene, samples: &[Sample]) -> Vec<Vec3> {
-        let place = |sample: &Sample| {
-            let place = self.place(sample.hit.point_in_world(scene));
-            ((place / FINEST).round() * FINEST).as_vec3()
-        };
+        let place = |sample: &Sample| self.place(sample.hit.point_in_world(scene)).as_vec3();
         samples.par_iter().map(place).collect()
     }
 
