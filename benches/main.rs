@@ -3,7 +3,8 @@
 //! `cargo bench -p farfield-benches` measures the stages of a bake and prints the tables;
 //! `cargo bench -p farfield-benches -- tables` prints the tables only, `-- compare` only the
 //! comparison, `-- ratios` only how far the stages are from what bounds them, `-- growth` only how
-//! time and memory of a bake grow with the scene.
+//! time and memory of a bake grow with the scene, `-- bakes` only what whole bakes of real models take,
+//! `-- passes` only what plain pictures take, for comparison with `benches/llvmpipe.py`.
 //! `-- auto` tries and fits what `bake --technique auto` predicts, `-- tdm` prints the paper's table of
 //! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
@@ -12,13 +13,16 @@
 
 mod atlas;
 mod auto;
+mod bakes;
 mod capture;
 mod compare;
 mod growth;
 mod models;
 mod octahedral;
+mod passes;
 mod picture;
 mod planar;
+mod process;
 mod quads;
 mod ratios;
 mod simplified;
@@ -48,6 +52,17 @@ fn main() {
     }
     if let Some(at) = asked(growth::ONE) {
         return growth::bake_one(arguments.get(at + 1).map_or("", String::as_str));
+    }
+
+    if asked("bakes").is_some() {
+        return bakes::table();
+    }
+    if let Some(at) = asked(bakes::ONE) {
+        return bakes::bake_one(arguments.get(at + 1).map_or("", String::as_str));
+    }
+    if asked("passes").is_some() {
+        let models = dense().chain(models::read(&models::LARGE[..1]));
+        return passes::table(&models.collect::<Vec<_>>());
     }
 
     if asked("auto").is_some() {

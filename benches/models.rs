@@ -65,17 +65,21 @@ pub(crate) fn house() -> Model {
     }
 }
 
+/// The file of a model that is in the folder that `FARFIELD_MODELS` names.
+pub(crate) fn file(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("FARFIELD_MODELS").map(PathBuf::from);
+    let path = folder.map(|folder| folder.join(name).with_extension("glb"));
+    let found = path.filter(|path| path.exists());
+    if found.is_none() {
+        println!("SKIPPED: {name} is in no folder named by FARFIELD_MODELS");
+    }
+    found
+}
+
 /// Those of the models that are in the folder that `FARFIELD_MODELS` names.
 pub(crate) fn read(entries: &[Entry]) -> Vec<Model> {
-    let folder = std::env::var_os("FARFIELD_MODELS").map(PathBuf::from);
     let read = |&(name, center, size): &Entry| {
-        let path = folder
-            .as_ref()
-            .map(|folder| folder.join(name).with_extension("glb"));
-        let Some(path) = path.filter(|path| path.exists()) else {
-            println!("SKIPPED: {name} is in no folder named by FARFIELD_MODELS");
-            return None;
-        };
+        let path = file(name)?;
         let imported = farfield_import::read(&path).expect("the model can be read");
         Some(Model {
             name,

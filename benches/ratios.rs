@@ -14,7 +14,7 @@ use xtask::recording::{record_layers, recording_camera};
 const TURNS: usize = 7;
 
 /// Prints, for each model, what recording costs next to one plain pass of the z-buffer through the
-/// same camera, and how many texels culling looks at.
+/// same camera, and how many texels culling, which runs on one core, looks at in a second.
 pub(crate) fn table(models: &[Layered]) {
     println!(
         "\nStages next to their bounds, on {} threads",
@@ -29,7 +29,7 @@ pub(crate) fn table(models: &[Layered]) {
         "record ms",
         "ratio",
         "ns/triangle",
-        "cull Gtexel/s"
+        "Gtexel/s/core"
     );
     models.iter().for_each(row);
 }

@@ -7,6 +7,7 @@ mod damage;
 mod damaged;
 mod determinism;
 mod dump;
+mod foliage;
 mod house;
 mod import;
 mod invariance;

@@ -1,5 +1,6 @@
 //! What the tests share: options, folders and real models.
 
+use farfield_bundle::{GLTF_FILE, Manifest, NewFile};
 use farfield_scene::Scene;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -51,6 +52,30 @@ pub(crate) fn write_glb(scene: &Scene, folder: &Path) -> PathBuf {
     let path = folder.join("scene.glb");
     std::fs::write(&path, glb).expect("the file can be written");
     path
+}
+
+/// What a bundle of colours displays.
+pub(crate) fn display(dir: &Path) -> Scene {
+    let imported = farfield_import::read(&dir.join(GLTF_FILE));
+    imported.expect("the bundle can be read").scene
+}
+
+/// Writes a bundle of colours that displays something, with checksums that are right.
+pub(crate) fn write_bundle(dir: &Path, manifest: &Manifest, display: &Scene) {
+    let uris: Vec<String> = (0..display.images.len())
+        .map(|i| format!("pages/{i:03}.png"))
+        .collect();
+    let glb = NewFile {
+        path: GLTF_FILE.into(),
+        bytes: farfield_bundle::glb_from_scene(display, &uris).expect("the display is small"),
+    };
+    let pages = display.images.iter().zip(&uris);
+    let pages = pages.map(|(image, uri)| NewFile {
+        path: uri.clone(),
+        bytes: farfield_bundle::encode_png(image),
+    });
+    let files: Vec<_> = std::iter::once(glb).chain(pages).collect();
+    farfield_bundle::write(dir, manifest, &files).expect("the bundle can be written");
 }
 
 /// A real model, where the environment variable `FARFIELD_MODELS` names a folder that has it.

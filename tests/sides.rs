@@ -1,7 +1,7 @@
 //! Bundles of several impostors: round a view cell amid the scene, and of views from all around.
 
-use crate::setup::{model, options, options_in_cell, verified};
-use farfield_bundle::{GLTF_FILE, Manifest, NewFile, Side, ViewSpace, glb_from_scene};
+use crate::setup::{display, model, options, options_in_cell, verified, write_bundle};
+use farfield_bundle::{Manifest, NewFile, Side, ViewSpace, glb_from_scene};
 use farfield_sampling::{NONE, Textures, rasterize};
 use farfield_scene::{AlphaMode, Material, Mesh, Object, Scene};
 use farfield_views::{Camera, ViewCell, low_discrepancy_point, sphere_direction};
@@ -102,7 +102,7 @@ fn what_is_far_surrounds_the_cell_without_a_seam() {
     }
 
     // Along the seams, where |x| = |z| or |x| = |y|, and all around.
-    let impostors = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
+    let impostors = display(&dir);
     let along = [-1.0, 1.0].map(|x| [-1.0, 1.0].map(|z| [0.0, 0.3, 1.0].map(|y| [x, y, z])));
     let along = along.as_flattened().as_flattened().to_vec();
     let seams = along.into_iter().map(DVec3::from);
@@ -133,23 +133,10 @@ fn quads_that_are_missing_at_a_seam_are_found() {
         ..options_in_cell(SceneChoice::File(file), "box:0,0,0:2,2,2", 96, &dir)
     };
     bake(&options, &Console::Silent).unwrap();
-    let mut display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
+    let mut display = display(&dir);
     let quads = &mut display.meshes[0].triangles;
     quads.end = quads.start + (quads.end - quads.start) / 4 * 2;
-    let uris: Vec<String> = (0..display.images.len())
-        .map(|i| format!("pages/{i:03}.png"))
-        .collect();
-    let manifest = farfield_bundle::read(&dir).unwrap();
-    let pages = uris.iter().map(|uri| NewFile {
-        path: uri.clone(),
-        bytes: std::fs::read(dir.join(uri)).unwrap(),
-    });
-    let glb = NewFile {
-        path: GLTF_FILE.into(),
-        bytes: glb_from_scene(&display, &uris).unwrap(),
-    };
-    let files: Vec<_> = pages.chain([glb]).collect();
-    farfield_bundle::write(&dir, &manifest, &files).unwrap();
+    write_bundle(&dir, &farfield_bundle::read(&dir).unwrap(), &display);
     let report = verified(&dir, 6);
     assert!(report.seams.unwrap().gap_pixels > 100);
     let named =
@@ -316,7 +303,7 @@ fn walls_across_the_borders_have_no_seams() {
     assert_eq!(report.impostors.len(), 6, "the walls reach under the cell");
     let verified = verified(&dir, 120);
     assert!(verified.holds, "{:?}", verified.broken);
-    let impostors = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
+    let impostors = display(&dir);
     let cell = ViewCell::Box {
         center: DVec3::ZERO,
         size: DVec3::splat(2.0),

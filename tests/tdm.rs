@@ -1,7 +1,7 @@
 //! Textured depth meshes, from a scene to the verdict.
 
-use crate::setup::{contents, model, options, options_in_cell, verified};
-use farfield_bundle::{Body, GLTF_FILE, Manifest, NewFile, TdmBody};
+use crate::setup::{contents, display, model, options, options_in_cell, verified, write_bundle};
+use farfield_bundle::{Body, Manifest, TdmBody};
 use farfield_layers::{Aim, PromisedCamera, box_corners};
 use farfield_sampling::{Foliage, Textures};
 use farfield_scene::Scene;
@@ -66,26 +66,9 @@ fn a_mesh_is_where_it_should_be() {
 /// What is displayed, replaced by something else; checksums are those of the new files.
 fn replace(dir: &Path, change: impl Fn(&mut Scene)) {
     let manifest = farfield_bundle::read(dir).unwrap();
-    let mut display = farfield_import::read(&dir.join(GLTF_FILE)).unwrap().scene;
+    let mut display = display(dir);
     change(&mut display);
-    let uris: Vec<String> = (0..display.images.len())
-        .map(|i| format!("pages/{i:03}.png"))
-        .collect();
-    let mut files = vec![NewFile {
-        path: GLTF_FILE.into(),
-        bytes: farfield_bundle::glb_from_scene(&display, &uris).unwrap(),
-    }];
-    files.extend(
-        display
-            .images
-            .iter()
-            .zip(uris)
-            .map(|(image, path)| NewFile {
-                path,
-                bytes: farfield_bundle::encode_png(image),
-            }),
-    );
-    farfield_bundle::write(dir, &manifest, &files).unwrap();
+    write_bundle(dir, &manifest, &display);
 }
 
 /// A mesh that has lost a triangle, or is a metre off, or lit, breaks its promise, and verify says why.

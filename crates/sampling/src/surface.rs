@@ -29,8 +29,14 @@ impl Hit {
         let corners = scene
             .triangle_in(self.object, self.triangle)
             .map(|vertex| scene.world_position(self.object, vertex));
-        let weights = weights(self).map(f64::from);
-        (0..3).map(|i| corners[i] * weights[i]).sum()
+        self.among(corners)
+    }
+
+    /// The point among the corners of its triangle, in any space.
+    fn among(&self, [a, b, c]: [DVec3; 3]) -> DVec3 {
+        // Not by three weights of f32: their sum is 1 to 7 digits, and coordinates have more.
+        let [to_b, to_c] = self.barycentric.map(f64::from);
+        a + (b - a) * to_b + (c - a) * to_c
     }
 
     /// The triangle's normal in the world, of length 1, on the side that it is the front of; zero where
@@ -168,11 +174,10 @@ impl TriangleInView {
         let corners = corners_in_view(scene, &camera.pose, Drawn { object, triangle });
         let vertices = scene.triangle_in(object, triangle);
         let material = scene.triangle_materials[triangle as usize];
-        let weights = weights(hit).map(f64::from);
         Self {
             corners,
             uvs: vertices.map(|v| scene.uvs[v as usize]),
-            point: (0..3).map(|i| corners[i] * weights[i]).sum(),
+            point: hit.among(corners),
             double_sided: scene.materials[material as usize].double_sided,
         }
     }
@@ -348,6 +353,24 @@ mod tests {
             barycentric: [0.3, 0.3],
         };
         surface_at(scene, &Textures::new(scene), &camera, &hit).normal
+    }
+
+    proptest! {
+        /// However far the scene is from the origin, a point on it is where it is: coordinates of
+        /// 10^7 m are rounded to 10^-9 m.
+        #[test]
+        fn points_are_where_they_are_far_from_the_origin(
+            barycentric in [0.0..0.5f32, 0.0..0.5f32],
+            by in prop::array::uniform3(-1e7..1e7f64),
+        ) {
+            let mut scene = soup(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+            let hit = Hit { object: 0, triangle: 0, barycentric };
+            let near = hit.point_in_world(&scene);
+            let by = DVec3::from(by);
+            scene.objects[0].world_from_mesh = DAffine3::from_translation(by);
+            let far = hit.point_in_world(&scene);
+            prop_assert!((far - by).abs_diff_eq(near, 1e-8), "{} is not {near}", far - by);
+        }
     }
 
     #[test]

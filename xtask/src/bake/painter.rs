@@ -48,11 +48,10 @@ impl Painter<'_> {
         let texels = chart.texels(GUTTER);
         let color = |texel: &ChartTexel| {
             // As a client shows it: affine in the world over each triangle.
-            let corners = self.triangles[texel.triangle as usize].map(|v| self.world[v as usize]);
-            let point = (0..3)
-                .map(|i| corners[i] * f64::from(texel.weights[i]))
-                .sum();
-            let [a, b, c] = corners;
+            let [a, b, c] = self.triangles[texel.triangle as usize].map(|v| self.world[v as usize]);
+            // The weights add up to 1 to 7 digits, and coordinates have more.
+            let [_, to_b, to_c] = texel.weights.map(f64::from);
+            let point = a + (b - a) * to_b + (c - a) * to_c;
             let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
             let place = self.projection.place(point).as_vec3();
             ([texel.x, texel.y], self.color(place, normal))
