@@ -10,8 +10,8 @@ use farfield_views::Pose;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Texels round each chart: what bilinear filtering touches, and one more.
-pub(super) const GUTTER: u32 = 2;
+/// Texels round each chart: what bilinear filtering touches.
+pub(super) const GUTTER: u32 = 1;
 
 /// What the texels of a mesh's charts are painted from.
 pub(super) struct Painter<'a> {
