@@ -165,11 +165,15 @@ impl<'a> Subject<'a> {
 
     /// The promised camera at viewpoint number `index`, with its resolution divided.
     pub(super) fn camera(&self, index: u64, divisor: u32) -> Camera {
-        let target = match self.lens.aim {
+        self.camera_towards(self.eye(index), self.looked_at(index), divisor)
+    }
+
+    /// Where the promised camera looks from viewpoint number `index`.
+    pub(super) fn looked_at(&self, index: u64) -> DVec3 {
+        match self.lens.aim {
             Aim::Center => self.target(),
             Aim::Anywhere => self.sight(index),
-        };
-        self.camera_towards(self.eye(index), target, divisor)
+        }
     }
 
     /// The promised camera at a place, looking at the centre of what is represented.
