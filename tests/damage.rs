@@ -1,13 +1,12 @@
-//! Small good files of every kind that is read, and ways to damage them.
+//! Ways to damage files.
 
+use crate::good::good_glb;
 use farfield_bundle::{MANIFEST_FILE, sha256_hex};
-use image::{DynamicImage, ImageFormat, RgbImage};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::fs;
-use std::io::Cursor;
 use std::path::Path;
-use xtask::{BakeOptions, Console, SceneChoice, bake};
+use xtask::{BakeOptions, SceneChoice};
 
 /// What happens to a file's bytes.
 #[derive(Clone, Debug)]
@@ -65,7 +64,7 @@ pub(crate) fn damages() -> impl Strategy<Value = Damage> {
 }
 
 /// What may come in the place of a part of a manifest.
-pub(crate) fn values() -> impl Strategy<Value = Value> {
+fn values() -> impl Strategy<Value = Value> {
     let numbers = vec![
         0.0, 0.5, 1.0, -1.0, 2.0, 1e-300, 5e-324, 1e-9, 1e9, 1e20, 1e154, 1e200, 1e308, -1e308,
         179.999,
@@ -81,7 +80,7 @@ pub(crate) fn values() -> impl Strategy<Value = Value> {
 }
 
 /// All places in a JSON document that hold no other.
-pub(crate) fn places(value: &Value) -> Vec<String> {
+fn places(value: &Value) -> Vec<String> {
     let within = |(name, value): (String, &Value)| {
         let inner = places(value);
         inner
@@ -104,89 +103,16 @@ pub(crate) fn places(value: &Value) -> Vec<String> {
     }
 }
 
-/// A picture of many colours.
-pub(crate) fn picture(format: ImageFormat) -> Vec<u8> {
-    let picture = RgbImage::from_fn(48, 32, |x, y| {
-        image::Rgb([x * 5, y * 7, (x * 13 + y * 29) % 251].map(|n| n as u8))
-    });
-    let mut file = Cursor::new(Vec::new());
-    DynamicImage::from(picture)
-        .write_to(&mut file, format)
-        .unwrap();
-    file.into_inner()
-}
-
-/// A GLB file of two triangles with a PNG and a JPEG in it.
-pub(crate) fn good_glb() -> Vec<u8> {
-    let bytes = |numbers: &[f32]| numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
-    let parts: [Vec<u8>; 5] = [
-        bytes(&[0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.]),
-        bytes(&[0., 1., 1., 1., 1., 0., 0., 0.]),
-        [0u16, 1, 2, 0, 2, 3]
-            .iter()
-            .flat_map(|i| i.to_le_bytes())
-            .collect(),
-        picture(ImageFormat::Png),
-        picture(ImageFormat::Jpeg),
-    ];
-    let mut binary = Vec::new();
-    let mut views = Vec::new();
-    for part in parts {
-        views.push(json!({"buffer": 0, "byteOffset": binary.len(), "byteLength": part.len()}));
-        binary.extend(part);
-        binary.resize(binary.len().next_multiple_of(4), 0);
-    }
-    let primitive = |material: u32| {
-        json!({
-            "attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": material
-        })
-    };
-    let material = |texture: u32| {
-        json!({
-            "pbrMetallicRoughness": {"baseColorTexture": {"index": texture}}
-        })
-    };
-    let document = json!({
-        "asset": {"version": "2.0"},
-        "nodes": [{"name": "flag", "mesh": 0, "translation": [1, 2, 3], "children": [1]},
-            {"name": "pennon", "mesh": 1, "scale": [2, 0.5, 1], "translation": [0, 0, 0.5]}],
-        "scenes": [{"nodes": [0]}],
-        "meshes": [{"primitives": [primitive(0)]}, {"primitives": [primitive(1)]}],
-        "materials": [material(0), material(1)],
-        "textures": [{"source": 0}, {"source": 1}],
-        "images": [{"bufferView": 3, "mimeType": "image/png"},
-            {"bufferView": 4, "mimeType": "image/jpeg"}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 4,
-                "min": [0, 0, 0], "max": [1, 1, 0]},
-            {"bufferView": 1, "componentType": 5126, "type": "VEC2", "count": 4},
-            {"bufferView": 2, "componentType": 5123, "type": "SCALAR", "count": 6}],
-        "bufferViews": views,
-        "buffers": [{"byteLength": binary.len()}],
-    });
-    let mut document = document.to_string().into_bytes();
-    document.resize(document.len().next_multiple_of(4), b' ');
-    let length = (28 + document.len() + binary.len()) as u32;
-    let mut file = b"glTF\x02\0\0\0".to_vec();
-    file.extend(length.to_le_bytes());
-    for (kind, content) in [(b"JSON", &document), (b"BIN\0", &binary)] {
-        file.extend((content.len() as u32).to_le_bytes());
-        file.extend(kind);
-        file.extend(content);
-    }
-    file
-}
-
-/// Bakes the good GLB file into the folder `bundle` beside it.
-pub(crate) fn bake_good(folder: &Path) {
+/// Writes the good GLB file into a folder, and says how to bake it into the folder `bundle` beside
+/// it.
+pub(crate) fn good_options(folder: &Path) -> BakeOptions {
     let scene = folder.join("scene.glb");
     fs::write(&scene, good_glb()).unwrap();
-    let options = BakeOptions {
+    BakeOptions {
         resolution: 32,
         out: Some(folder.join("bundle")),
         ..BakeOptions::new(SceneChoice::File(scene))
-    };
-    bake(&options, &Console::Silent).unwrap();
+    }
 }
 
 /// The manifest of the bundle in a folder, whatever it says.
@@ -208,4 +134,23 @@ pub(crate) fn stamp(dir: &Path, mut manifest: Value) {
         manifest["sha256"] = json!(sha256_hex(manifest.to_string().as_bytes()));
     }
     fs::write(dir.join(MANIFEST_FILE), manifest.to_string()).unwrap();
+}
+
+/// Changes of a manifest in up to three places; its files are what is there, and checked by other
+/// tests.
+pub(crate) fn changes(manifest: &Value) -> impl Strategy<Value = Vec<(String, Value)>> + use<> {
+    let all: Vec<String> = places(manifest)
+        .into_iter()
+        .filter(|place| !place.starts_with("/files") && !place.ends_with("sha256"))
+        .collect();
+    prop::collection::vec((prop::sample::select(all), values()), 1..4)
+}
+
+/// A manifest with its changes.
+pub(crate) fn changed(manifest: &Value, changes: &[(String, Value)]) -> Value {
+    let mut changed = manifest.clone();
+    for (place, value) in changes {
+        *changed.pointer_mut(place).unwrap() = value.clone();
+    }
+    changed
 }

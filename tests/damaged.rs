@@ -1,8 +1,10 @@
 //! However files are damaged, they are read soundly or refused with one message, and nothing
 //! panics.
 
-use crate::damage::{bake_good, damages, good_glb, manifest, picture, places, stamp, values};
-use farfield_bundle::{GLTF_FILE, MANIFEST_FILE};
+use crate::damage::{changed, changes, damages, good_options, manifest, stamp};
+use crate::deadline::must_end;
+use crate::good::{good_glb, good_scenes, picture};
+use farfield_bundle::{Channels, GLTF_FILE, MANIFEST_FILE};
 use glam::DVec3;
 use image::ImageFormat;
 use proptest::prelude::*;
@@ -11,7 +13,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
-use xtask::{Console, VerifyOptions, verify};
+use xtask::{Arrangement, BakeOptions, Console, Making, VerifyOptions, bake, verify};
 
 /// Reads a scene: it is sound, or the message is one line that names the file.
 fn check_import(path: &Path) -> Result<(), String> {
@@ -42,20 +44,44 @@ fn check_verify(folder: &Path) -> Result<(), String> {
     }
 }
 
-/// The good bundle's files, baked once; removed with the process's own folder.
+/// The good bundle's files, which are removed with the folder.
 fn good_bundle() -> (TempDir, PathBuf) {
+    good_bundle_of(|options| options)
+}
+
+/// The same, baked in another way.
+fn good_bundle_of(way: impl FnOnce(BakeOptions) -> BakeOptions) -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
-    bake_good(folder.path());
+    let options = way(good_options(folder.path()));
+    bake(&options, &Console::Silent).unwrap();
     let dir = folder.path().join("bundle");
     (folder, dir)
 }
 
+/// Triangles and pictures of the good scenes.
+const CONTENTS: [[usize; 2]; 9] = [
+    [4, 2],
+    [18, 0],
+    [18, 0],
+    [18, 0],
+    [18, 1],
+    [19, 1],
+    [18, 0],
+    [18, 0],
+    [18, 0],
+];
+
 #[test]
 fn the_good_files_are_good() {
     let (folder, dir) = good_bundle();
-    let imported = farfield_import::read(&folder.path().join("scene.glb")).unwrap();
-    assert_eq!(imported.scene.drawn_triangles(), 4);
-    assert_eq!(imported.scene.images.len(), 2);
+    for (good, [triangles, images]) in good_scenes().iter().zip(CONTENTS) {
+        let files = good.beside.iter().chain([&good.scene]);
+        files.for_each(|(name, bytes)| fs::write(folder.path().join(name), bytes).unwrap());
+        let path = folder.path().join(good.scene.0);
+        let scene = farfield_import::read(&path).unwrap().scene;
+        let found = [scene.drawn_triangles() as usize, scene.images.len()];
+        assert_eq!(found, [triangles, images], "{}", path.display());
+    }
     // Stamped, but as it was.
     stamp(&dir, manifest(&dir));
     let options = VerifyOptions {
@@ -81,7 +107,7 @@ fn check_all(cases: u32, good: &[u8], path: &Path, check: impl Fn() -> Result<()
     let mut runner = TestRunner::new(config(cases));
     let result = runner.run(&damages(), |damage| {
         fs::write(path, damage.of(good)).unwrap();
-        check().map_err(TestCaseError::fail)
+        must_end(&(path, damage), &check).map_err(TestCaseError::fail)
     });
     fs::write(path, good).unwrap();
     if let Err(error) = result {
@@ -95,6 +121,24 @@ fn damaged_glbs_are_read_soundly_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scene.glb");
     check_all(3000, &good_glb(), &path, || check_import(&path));
+}
+
+/// So are scenes of all other kinds, whichever of their files is damaged.
+#[test]
+fn damaged_scenes_of_all_kinds_are_read_soundly_or_refused() {
+    for good in good_scenes() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join(good.scene.0);
+        let files: Vec<_> = good.beside.iter().chain([&good.scene]).collect();
+        for (name, bytes) in &files {
+            fs::write(folder.path().join(name), bytes).unwrap();
+        }
+        for (name, bytes) in files {
+            check_all(500, bytes, &folder.path().join(name), || {
+                check_import(&scene)
+            });
+        }
+    }
 }
 
 /// So is a scene beside which a damaged picture lies.
@@ -137,67 +181,181 @@ fn damaged_bundles_are_refused() {
     }
 }
 
-/// Nor does anything panic at what is damaged before checksums are computed: bytes of the geometry
-/// and of the pages.
-#[test]
-fn damaged_geometry_and_pages_are_no_panic() {
-    let (folder, dir) = good_bundle();
-    let stamped = manifest(&dir);
-    for (file, cases) in [(GLTF_FILE, 300), ("pages/000.png", 60)] {
-        let path = dir.join(file);
+/// Nor does anything panic, or go on for ever, at what is damaged before checksums are computed.
+///
+/// * `cases` - of the geometry's bytes, of each page's, and of the manifest's values
+fn damage_before_checksums(way: impl FnOnce(BakeOptions) -> BakeOptions, cases: [u32; 3]) {
+    let (folder, dir) = good_bundle_of(way);
+    let sound = manifest(&dir);
+    assert_eq!(check_verify(folder.path()), Ok(()));
+    for file in sound["files"].as_array().unwrap() {
+        let path = dir.join(file["path"].as_str().unwrap());
+        let is_page = path.extension().is_some_and(|end| end == "png");
         let good = fs::read(&path).unwrap();
-        check_all(cases, &good, &path, || {
-            stamp(&dir, stamped.clone());
+        check_all(cases[usize::from(is_page)], &good, &path, || {
+            stamp(&dir, sound.clone());
             check_verify(folder.path())
         });
     }
+    let mut runner = TestRunner::new(config(cases[2]));
+    let result = runner.run(&changes(&sound), |changes| {
+        stamp(&dir, changed(&sound, &changes));
+        must_end(&changes, || check_verify(folder.path())).map_err(TestCaseError::fail)
+    });
+    result.unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Nor at a manifest that says anything else in up to three places.
 #[test]
-fn manifests_of_any_values_are_no_panic() {
-    let (folder, dir) = good_bundle();
-    let good = manifest(&dir);
-    // The files are what is there, and checked by other tests.
-    let all: Vec<String> = places(&good)
-        .into_iter()
-        .filter(|place| !place.starts_with("/files") && !place.ends_with("sha256"))
-        .collect();
-    let places = prop::collection::vec((prop::sample::select(all), values()), 1..4);
-    let mut runner = TestRunner::new(config(600));
-    runner
-        .run(&places, |changes| {
-            let mut changed = good.clone();
-            for (place, value) in changes {
-                *changed.pointer_mut(&place).unwrap() = value;
-            }
-            stamp(&dir, changed);
-            check_verify(folder.path()).map_err(TestCaseError::fail)
-        })
-        .unwrap_or_else(|error| panic!("{error}"));
+fn damaged_layers_are_no_panic() {
+    damage_before_checksums(|options| options, [300, 60, 600]);
 }
 
-/// What verify says of the good bundle with values in the places of others.
-fn refused(changes: &[(&str, Value)]) -> String {
-    let (folder, dir) = good_bundle();
-    let mut changed = manifest(&dir);
-    for (place, value) in changes {
-        *changed.pointer_mut(place).unwrap() = value.clone();
+#[test]
+fn damaged_depth_meshes_are_no_panic() {
+    let making = Making::Tdm { enlarged: 1.0 };
+    damage_before_checksums(|options| BakeOptions { making, ..options }, [30, 6, 40]);
+}
+
+#[test]
+fn damaged_surface_channels_are_no_panic() {
+    let channels = Channels::Pbr;
+    damage_before_checksums(
+        |options| BakeOptions {
+            channels,
+            ..options
+        },
+        [40, 3, 50],
+    );
+}
+
+/// Impostors round a cell, of what lies at a distance.
+fn far(options: BakeOptions) -> BakeOptions {
+    BakeOptions {
+        view_cell: Some("box:2,3,8:1,1,1".parse().unwrap()),
+        arrangement: Arrangement::Far(1.0),
+        ..options
     }
-    stamp(&dir, changed);
+}
+
+#[test]
+fn damaged_far_impostors_are_no_panic() {
+    damage_before_checksums(far, [30, 5, 50]);
+}
+
+/// Impostors of a scene that is seen from all around.
+#[test]
+fn damaged_impostors_from_around_are_no_panic() {
+    let arrangement = Arrangement::Around(None);
+    let around = |options| BakeOptions {
+        arrangement,
+        ..options
+    };
+    damage_before_checksums(around, [8, 1, 12]);
+}
+
+/// What verify says of a bundle that it refuses because of one of its files.
+fn refused_at(folder: &Path, file: &str) -> String {
     let options = VerifyOptions {
-        dir: dir.clone(),
+        dir: folder.join("bundle"),
         scene: None,
         views: 0..1,
     };
     let error = verify(&options, &Console::Silent).expect_err("it must be refused");
     let message = format!("{error:#}");
-    check_message(&message, &folder.path().join("bundle/bundle.json")).unwrap();
+    check_message(&message, &options.dir.join(file)).unwrap();
     assert!(
         message.contains("again") || message.contains("lower"),
         "{message}"
     );
     message
+}
+
+/// What verify says of the good bundle with values in the places of others.
+fn refused(changes: &[(&str, Value)]) -> String {
+    let (folder, dir) = good_bundle();
+    let changes: Vec<_> = changes
+        .iter()
+        .map(|(place, value)| (place.to_string(), value.clone()))
+        .collect();
+    stamp(&dir, changed(&manifest(&dir), &changes));
+    refused_at(folder.path(), MANIFEST_FILE)
+}
+
+#[test]
+fn a_depth_mesh_that_is_nowhere_is_refused() {
+    let making = Making::Tdm { enlarged: 1.0 };
+    let (folder, dir) = good_bundle_of(|options| BakeOptions { making, ..options });
+    let eye = "/impostors/0/body/recorded/pose/eye/0".to_owned();
+    stamp(&dir, changed(&manifest(&dir), &[(eye, json!(1e308))]));
+    let message = refused_at(folder.path(), MANIFEST_FILE);
+    assert!(message.contains("in the grid of its layers"), "{message}");
+}
+
+/// Of a mesh whose texture coordinates became enormous there are pictures.
+#[test]
+fn enormous_texture_coordinates_are_no_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let glb = good_glb();
+    let corners = [0f32, 1., 1., 1., 1., 0., 0., 0.]
+        .map(f32::to_le_bytes)
+        .concat();
+    let at = glb
+        .windows(corners.len())
+        .position(|bytes| bytes == corners);
+    for u in [1e19f32, -3e38, f32::MAX] {
+        let mut glb = glb.clone();
+        glb[at.unwrap()..][..4].copy_from_slice(&u.to_le_bytes());
+        let options = good_options(folder.path());
+        fs::write(folder.path().join("scene.glb"), glb).unwrap();
+        bake(&options, &Console::Silent).unwrap();
+        assert_eq!(check_verify(folder.path()), Ok(()));
+    }
+}
+
+/// Where what is at the cell is far, the borders between its sides begin at the viewpoints.
+#[test]
+fn a_distance_of_nothing_is_no_panic() {
+    let (folder, dir) = good_bundle_of(far);
+    let distance = "/options/view_space/distance".to_owned();
+    for nothing in [0.0, 5e-324] {
+        let change = (distance.clone(), json!(nothing));
+        stamp(&dir, changed(&manifest(&dir), &[change]));
+        assert_eq!(check_verify(folder.path()), Ok(()));
+    }
+}
+
+/// Nor is there a direction to look along from so far that lengths are no numbers.
+#[test]
+fn a_viewpoint_at_no_place_is_refused() {
+    let (folder, dir) = good_bundle_of(far);
+    let eye = "/impostors/0/body/pose/eye/0".to_owned();
+    stamp(&dir, changed(&manifest(&dir), &[(eye, json!(1e200))]));
+    let message = refused_at(folder.path(), MANIFEST_FILE);
+    assert!(message.contains("no direction to look along"), "{message}");
+}
+
+/// An impostor that the geometry does not have is missed in the geometry's file.
+#[test]
+fn an_impostor_of_another_name_is_refused() {
+    let (folder, dir) = good_bundle_of(far);
+    let sound = manifest(&dir);
+    let name = "/impostors/0/name".to_owned();
+    stamp(&dir, changed(&sound, &[(name, json!("another"))]));
+    let message = refused_at(folder.path(), GLTF_FILE);
+    assert!(message.contains("has no object 'another'"), "{message}");
+    // No object at all, as no node is in the scene.
+    let glb = fs::read(dir.join(GLTF_FILE)).unwrap();
+    let text = String::from_utf8_lossy(&glb);
+    let node = text.find("\"mesh\"").unwrap();
+    let mut glb = glb.clone();
+    glb[node + 1] = b'n';
+    fs::write(dir.join(GLTF_FILE), glb).unwrap();
+    stamp(&dir, sound);
+    let message = refused_at(folder.path(), GLTF_FILE);
+    assert!(
+        message.contains("draws 0 objects for 1 impostors"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -3,17 +3,20 @@
 //! A program of its own with one test, as all that it allocates is counted.
 
 mod damage;
+mod deadline;
+mod good;
 
-use damage::{bake_good, damages, good_glb, manifest, places, stamp, values};
-use farfield_bundle::MANIFEST_FILE;
+use damage::{changed, changes, damages, good_options, manifest, stamp};
+use deadline::must_end;
+use farfield_bundle::{GLTF_FILE, MANIFEST_FILE};
+use good::good_scenes;
 use peak_alloc::PeakAlloc;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
-use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use xtask::{Console, VerifyOptions, verify};
+use xtask::{Console, Making, VerifyOptions, bake, verify};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
@@ -29,15 +32,32 @@ fn peak_of<T>(call: impl FnOnce() -> T) -> usize {
 /// How many times the good file's memory a damaged one may take.
 const FACTOR: usize = 4;
 
-/// Calls for each of `count` damaged files; the same in every run.
-fn greatest_of<S: Strategy>(
-    count: u32,
-    strategy: &S,
-    mut take: impl FnMut(S::Value) -> usize,
-) -> usize {
+/// Calls for each of `count` values; the same in every run.
+fn for_each_of<S: Strategy>(count: u32, strategy: &S, mut call: impl FnMut(S::Value)) {
     let mut runner = TestRunner::deterministic();
-    let mut draw = || strategy.new_tree(&mut runner).unwrap().current();
-    (0..count).map(|_| take(draw())).max().unwrap()
+    for _ in 0..count {
+        call(strategy.new_tree(&mut runner).unwrap().current());
+    }
+}
+
+/// Asserts that no damage of a file's bytes makes a call take many times the memory.
+///
+/// * `good`, `file` - the file's bytes, and where it lies
+/// * `call` - tells whether the file was found good
+fn assert_bounded(count: u32, good: &[u8], file: &Path, call: impl Fn() -> bool) {
+    // Threads are started and tables filled the first time.
+    assert!(call());
+    let least = peak_of(|| assert!(call()));
+    for_each_of(count, &damages(), |damage| {
+        fs::write(file, damage.of(good)).unwrap();
+        let taken = must_end(&(file, &damage), || peak_of(&call));
+        assert!(
+            taken <= FACTOR * least,
+            "{}: {damage:?}: {taken} bytes, the good file takes {least}",
+            file.display()
+        );
+    });
+    fs::write(file, good).unwrap();
 }
 
 fn looked_at(folder: &Path) -> bool {
@@ -51,59 +71,53 @@ fn looked_at(folder: &Path) -> bool {
 
 #[test]
 fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
-    let folder = tempfile::tempdir().unwrap();
-    bake_good(folder.path());
-
-    // The importer.
-    let path = folder.path().join("scene.glb");
-    let glb = good_glb();
-    let import = || farfield_import::read(&path).is_ok();
-    let good = peak_of(|| assert!(import()));
-    let worst = greatest_of(2000, &damages(), |damage| {
-        fs::write(&path, damage.of(&glb)).unwrap();
-        peak_of(import)
-    });
-    fs::write(&path, &glb).unwrap();
-    assert!(
-        worst <= FACTOR * good,
-        "{worst} bytes, the good file takes {good}"
-    );
-
-    // The bundle's reader.
-    let dir = folder.path().join("bundle");
-    let path = dir.join(MANIFEST_FILE);
-    let text = fs::read(&path).unwrap();
-    let read = || farfield_bundle::read(&dir).is_ok();
-    let good = peak_of(|| assert!(read()));
-    let worst = greatest_of(500, &damages(), |damage| {
-        fs::write(&path, damage.of(&text)).unwrap();
-        peak_of(read)
-    });
-    fs::write(&path, &text).unwrap();
-    assert!(
-        worst <= FACTOR * good,
-        "{worst} bytes, the good file takes {good}"
-    );
-
-    // Verify, with checksums that are right. The first time threads are started.
-    let sound = manifest(&dir);
-    assert!(looked_at(folder.path()));
-    let good = peak_of(|| assert!(looked_at(folder.path())));
-    let all: Vec<String> = places(&sound)
-        .into_iter()
-        .filter(|place| !place.starts_with("/files") && !place.ends_with("sha256"))
-        .collect();
-    let changes = prop::collection::vec((prop::sample::select(all), values()), 1..4);
-    let worst = greatest_of(400, &changes, |changes| {
-        let mut changed: Value = sound.clone();
-        for (place, value) in changes {
-            *changed.pointer_mut(&place).unwrap() = value;
+    // The importer, with every kind of scene, whichever of its files is damaged.
+    for good in good_scenes() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join(good.scene.0);
+        let files: Vec<_> = good.beside.iter().chain([&good.scene]).collect();
+        for (name, bytes) in &files {
+            fs::write(folder.path().join(name), bytes).unwrap();
         }
-        stamp(&dir, changed);
-        peak_of(|| looked_at(folder.path()))
-    });
-    assert!(
-        worst <= FACTOR * good,
-        "{worst} bytes, the good file takes {good}"
-    );
+        for (name, bytes) in files {
+            let file = folder.path().join(name);
+            assert_bounded(500, bytes, &file, || farfield_import::read(&scene).is_ok());
+        }
+    }
+
+    let tdm = Making::Tdm { enlarged: 1.0 };
+    // Damages of the geometry, of a page and of the manifest's values.
+    for (making, cases) in [(None, [60, 12, 120]), (Some(tdm), [20, 5, 40])] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut options = good_options(folder.path());
+        options.making = making.unwrap_or(options.making);
+        bake(&options, &Console::Silent).unwrap();
+        let dir = folder.path().join("bundle");
+
+        // The bundle's reader.
+        let path = dir.join(MANIFEST_FILE);
+        let text = fs::read(&path).unwrap();
+        assert_bounded(400, &text, &path, || farfield_bundle::read(&dir).is_ok());
+
+        // Verify, with checksums that are right.
+        let sound = manifest(&dir);
+        for (file, cases) in [(GLTF_FILE, cases[0]), ("pages/000.png", cases[1])] {
+            let path = dir.join(file);
+            let good = fs::read(&path).unwrap();
+            assert_bounded(cases, &good, &path, || {
+                stamp(&dir, sound.clone());
+                looked_at(folder.path())
+            });
+        }
+        stamp(&dir, sound.clone());
+        let least = peak_of(|| assert!(looked_at(folder.path())));
+        for_each_of(cases[2], &changes(&sound), |changes| {
+            stamp(&dir, changed(&sound, &changes));
+            let taken = must_end(&changes, || peak_of(|| looked_at(folder.path())));
+            assert!(
+                taken <= FACTOR * least,
+                "{changes:?}: {taken} bytes, the good bundle takes {least}"
+            );
+        });
+    }
 }

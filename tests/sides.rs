@@ -184,7 +184,7 @@ fn a_bundle_that_leaves_out_a_side_or_objects_is_refused() {
         }
     });
     let why = refused(&dir);
-    assert!(why.contains("impostors.glb has no object"), "{why}");
+    assert!(why.contains("impostors.glb: has no object"), "{why}");
 }
 
 /// Other borders cut other parts, and layers are too near.

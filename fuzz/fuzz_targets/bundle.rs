@@ -1,15 +1,117 @@
-//! A manifest of any bytes is read or refused.
+//! A manifest, a geometry or a page of any bytes in the place of a good bundle's, with checksums
+//! that are right, is refused or verified.
 
 #![no_main]
 
+use farfield_bundle::{Channels, GLTF_FILE, MANIFEST_FILE, sha256_hex};
+use serde_json::{Value, json};
+use std::fs;
+use std::path::PathBuf;
 use std::sync::LazyLock;
+use xtask::{BakeOptions, Console, Making, SceneChoice, VerifyOptions, bake, verify};
 
-static FOLDER: LazyLock<tempfile::TempDir> =
-    LazyLock::new(|| tempfile::tempdir().expect("there is room for a folder"));
+const SCENE: &[u8] = include_bytes!("../scene.obj");
+const PAGE_FILE: &str = "pages/000.png";
+
+/// Good bundles, and where they lie.
+struct Good {
+    folder: tempfile::TempDir,
+    bundles: Vec<Bundle>,
+}
+
+struct Bundle {
+    dir: PathBuf,
+    manifest: Value,
+    geometry: Vec<u8>,
+    page: Vec<u8>,
+}
+
+static GOOD: LazyLock<Good> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("there is room for a folder");
+    let scene = folder.path().join("scene.obj");
+    fs::write(&scene, SCENE).expect("the scene can be written");
+    let tdm = Making::Tdm { enlarged: 1.0 };
+    let layered = BakeOptions::new(SceneChoice::File(scene.clone())).making;
+    let kinds = [
+        (layered, Channels::Lit),
+        (tdm, Channels::Lit),
+        (layered, Channels::Pbr),
+    ];
+    let bundles = kinds
+        .into_iter()
+        .enumerate()
+        .map(|(i, (making, channels))| {
+            let dir = folder.path().join(i.to_string());
+            let options = BakeOptions {
+                resolution: 16,
+                making,
+                channels,
+                out: Some(dir.clone()),
+                ..BakeOptions::new(SceneChoice::File(scene.clone()))
+            };
+            bake(&options, &Console::Silent).expect("the scene can be baked");
+            let read = |name: &str| fs::read(dir.join(name)).expect("the bundle has it");
+            Bundle {
+                manifest: serde_json::from_slice(&read(MANIFEST_FILE)).expect("it is JSON"),
+                geometry: read(GLTF_FILE),
+                page: read(PAGE_FILE),
+                dir,
+            }
+        });
+    Good {
+        bundles: bundles.collect(),
+        folder,
+    }
+});
+
+impl Bundle {
+    /// Writes all files, and a manifest with checksums that are right where it is an object.
+    fn write(&self, manifest: &[u8], geometry: &[u8], page: &[u8]) {
+        let mut manifest = manifest.to_vec();
+        if let Ok(mut value @ Value::Object(_)) = serde_json::from_slice(&manifest) {
+            for file in value["files"].as_array_mut().into_iter().flatten() {
+                let bytes = match file["path"].as_str() {
+                    Some(GLTF_FILE) => geometry,
+                    Some(PAGE_FILE) => page,
+                    _ => continue,
+                };
+                file["bytes"] = json!(bytes.len());
+                file["sha256"] = json!(sha256_hex(bytes));
+            }
+            value["sha256"] = json!("0".repeat(64));
+            value["sha256"] = json!(sha256_hex(value.to_string().as_bytes()));
+            manifest = value.to_string().into_bytes();
+        }
+        for (name, bytes) in [
+            (MANIFEST_FILE, &*manifest),
+            (GLTF_FILE, geometry),
+            (PAGE_FILE, page),
+        ] {
+            fs::write(self.dir.join(name), bytes).expect("the file can be written");
+        }
+    }
+}
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let dir = FOLDER.path();
-    let manifest = dir.join(farfield_bundle::MANIFEST_FILE);
-    std::fs::write(manifest, bytes).expect("the file can be written");
-    let _ = farfield_bundle::read(dir);
+    let good = &*GOOD;
+    assert!(good.folder.path().exists());
+    for bundle in &good.bundles {
+        let manifest = bundle.manifest.to_string().into_bytes();
+        // How the bytes begin tells what they are.
+        match bytes {
+            [b'g', ..] => bundle.write(&manifest, bytes, &bundle.page),
+            [0x89, ..] => bundle.write(&manifest, &bundle.geometry, bytes),
+            _ => bundle.write(bytes, &bundle.geometry, &bundle.page),
+        }
+        let options = VerifyOptions {
+            dir: bundle.dir.clone(),
+            scene: None,
+            // Not from the first on, which would write a report.
+            views: 1..2,
+        };
+        if let Err(error) = verify(&options, &Console::Silent) {
+            let message = format!("{error:#}");
+            assert!(!message.contains('\n'), "more than one line: {message}");
+        }
+    }
 });

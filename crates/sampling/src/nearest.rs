@@ -18,7 +18,14 @@ pub struct NearestPoints {
 
 impl NearestPoints {
     /// Prepares triangles, which may be none.
+    ///
+    /// # Panics
+    ///
+    /// When a corner is not finite as `f32`.
     pub fn new(triangles: &[[DVec3; 3]]) -> Self {
+        let corners = triangles.as_flattened();
+        let are_finite = corners.iter().all(|corner| corner.as_vec3().is_finite());
+        assert!(are_finite, "corners are not finite as f32");
         let boxes: Vec<Aabb> = triangles.iter().map(box_around).collect();
         if boxes.is_empty() {
             return Self {

@@ -137,8 +137,7 @@ impl AlphaTexture<'_> {
     pub(crate) fn cell_at(&self, uv: Vec2) -> DVec2 {
         let size = DVec2::from(self.size().map(f64::from));
         let at = uv.as_dvec2() * size - 0.5 * self.reach as f64;
-        // Farther out single texels have no place in f32, and cells must have numbers.
-        let limit = DVec2::splat((1_u64 << 40) as f64);
+        let limit = DVec2::splat(f64::from(FARTHEST));
         at.clamp(-limit, limit)
     }
 
@@ -230,6 +229,10 @@ fn pyramid(
     levels
 }
 
+/// Texel coordinates reach this far in both directions. Farther out single texels have no place in
+/// f32, and they must have numbers.
+const FARTHEST: f32 = (1_u64 << 40) as f32;
+
 impl Level<'_> {
     fn halved(&self, decode: fn(f32) -> f32, encode: fn(f32) -> f32) -> Level<'static> {
         let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
@@ -269,7 +272,12 @@ impl Level<'_> {
     }
 
     fn sample(&self, texture: &Texture, uv: Vec2, decode: impl Fn([u8; 4]) -> Vec4) -> Vec4 {
-        let at = uv * Vec2::new(self.width as f32, self.height as f32);
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        let number = |c: f32| match c.is_nan() {
+            true => 0.0,
+            false => c.clamp(-FARTHEST, FARTHEST),
+        };
+        let at = Vec2::from((uv * size).to_array().map(number));
         let texel = |x: i64, y: i64| {
             let x = wrapped(x, self.width, texture.wrap[0]);
             let y = wrapped(y, self.height, texture.wrap[1]);
@@ -444,6 +452,21 @@ mod tests {
             let expected = (u * 16.0 - 0.5) * 10.0 + v * 16.0 - 0.5;
             // Four products of numbers up to 255, in f32.
             prop_assert!((alpha - expected).abs() < 1e-3, "{alpha} is not {expected}");
+        }
+
+        /// Whatever the coordinates, what is shown are colours of the texture.
+        #[test]
+        fn all_coordinates_show_the_texture(
+            uv in prop::array::uniform2(prop::num::f32::ANY),
+            wrap in prop::array::uniform2(prop::sample::select(
+                vec![Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge])),
+            filter in prop::sample::select(vec![Filter::Nearest, Filter::Linear, Filter::Mipmapped]),
+            size in prop::array::uniform2(1..9u32),
+        ) {
+            let mut board = scene(size[0], size[1], filter, |x, y| [0, 0, 0, (51 + x + y) as u8]);
+            board.textures[0].wrap = wrap;
+            let color = Textures::new(&board).color(0, Vec2::from(uv), [Vec2::ZERO; 2]);
+            prop_assert!((0.19..0.3).contains(&color.w), "{}", color);
         }
 
         /// The greatest alpha of some cells is no less than that of any of them, the same for a

@@ -30,12 +30,15 @@ pub(super) fn read_impostors(dir: &Path, manifest: &Manifest) -> Result<Scene> {
 ///
 /// When several impostors are not objects of their names.
 pub(super) fn quads_of_each<'a>(
+    dir: &Path,
     all: &'a Scene,
     manifest: &Manifest,
 ) -> Result<Vec<Cow<'a, Scene>>> {
     if !manifest.options.view_space.has_sides() {
         return Ok(vec![Cow::Borrowed(all); manifest.impostors.len()]);
     }
+    let path = dir.join(GLTF_FILE);
+    let path = path.display();
     let names: Vec<&str> = all
         .objects
         .iter()
@@ -43,14 +46,14 @@ pub(super) fn quads_of_each<'a>(
         .collect();
     if names.len() != manifest.impostors.len() {
         bail!(
-            "{GLTF_FILE} draws {} objects for {} impostors: bake again",
+            "{path}: draws {} objects for {} impostors: bake again",
             names.len(),
             manifest.impostors.len()
         );
     }
     let of_one = |name: &String| match names.iter().position(|other| other == name) {
         Some(object) => Ok(Cow::Owned(all.extracted(object as u32))),
-        None => bail!("{GLTF_FILE} has no object '{name}': bake again"),
+        None => bail!("{path}: has no object '{name}': bake again"),
     };
     let impostors = manifest.impostors.iter();
     impostors.map(|impostor| of_one(&impostor.name)).collect()

@@ -89,7 +89,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     require_all_objects(&manifest, &kept).with_context(in_manifest)?;
     let of_original = Textures::new(&original);
     let parts = parts_that_are_seen(&manifest, parts, &of_original).with_context(in_manifest)?;
-    let quads = quads_of_each(&display, &manifest)?;
+    let quads = quads_of_each(dir, &display, &manifest)?;
     let of_quads: Vec<_> = quads.iter().map(|quads| Textures::new(quads)).collect();
     let quads = quads.iter().zip(&of_quads);
     let quads = quads.map(|(scene, textures)| Side { scene, textures });

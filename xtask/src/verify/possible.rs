@@ -24,24 +24,30 @@ const MOST_PIXELS_A_TEXEL: f64 = 2.0;
 /// hundred megabytes for each at work.
 const LARGEST_UNPROVED: u32 = 2048;
 
-/// Checks that the original lies before each camera that will look at it.
+/// Checks that each camera has something to look at, and one that looks at all of the original has it
+/// before it.
 ///
 /// * `indices` - of the impostor's viewpoints
 ///
 /// # Errors
 ///
-/// The first viewpoint from which it does not, as it does from all of the cell of any bake.
+/// The first viewpoint from which it is not so, as it is from all of the cell of any bake.
 pub(super) fn check_views(subject: &Subject<'_>, indices: Range<u64>) -> Result<()> {
     if subject.cell.corners().iter().any(|corner| corner.w == 0.0) {
         bail!("options.view_space.view_cell has no end; bake the bundle again");
     }
-    if subject.lens.aim == Aim::Anywhere {
-        // What is before the cell may be behind a camera.
-        return Ok(());
-    }
     for view in LATTICE.chain(indices) {
         let eye = subject.eye(view);
-        if !sees_all(subject, eye) {
+        if subject.lens.aim == Aim::Anywhere {
+            // What is before the cell may be behind a camera, which must look somewhere.
+            let target = subject.looked_at(view);
+            if (target - eye).try_normalize().is_none() {
+                bail!(
+                    "viewpoint {view} at {eye} has no direction to look along to {target}; bake \
+                     the bundle again"
+                );
+            }
+        } else if !sees_all(subject, eye) {
             bail!(
                 "options.view_space.view_cell: from viewpoint {view} at {eye}, the scene does not \
                  lie before a camera that looks at the centre of what is represented, {}; bake the \

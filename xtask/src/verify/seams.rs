@@ -56,6 +56,8 @@ pub(super) fn seams(
     let pairs = eyes.flat_map(|eye| targets.clone().map(move |target| (eye, target)));
     let cameras: Vec<Camera> = pairs
         .step_by(STRIDE)
+        // Where nothing is near, borders begin at edges of the cell.
+        .filter(|(eye, target)| (target - eye).try_normalize().is_some())
         .map(|(eye, target)| Camera::looking_at(eye, target, lens.fov, lens.resolution))
         .collect();
     let bar = console.bar("look along seams", cameras.len() as u64);

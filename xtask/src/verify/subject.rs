@@ -3,7 +3,7 @@
 use crate::bake::recording::Settings;
 use crate::parts::Part;
 use crate::voxels::Projection;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, TdmBody, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, NearestPoints, Textures, Tracer};
@@ -71,18 +71,22 @@ pub(super) struct MeshShape {
 const NEAR: f64 = 8.0;
 
 impl MeshShape {
-    fn new(body: &TdmBody, enlarged: f64, stack: &LayerStack, mesh: &Scene) -> Self {
+    fn new(body: &TdmBody, enlarged: f64, stack: &LayerStack, mesh: &Scene) -> Result<Self> {
         let projection = Projection::of(stack);
         let triangles: Vec<_> = mesh
             .triangles_in_world()
             .map(|corners| corners.map(|point| projection.place(point)))
             .collect();
-        Self {
+        let places = triangles.as_flattened();
+        if let Some(place) = places.iter().find(|place| !place.as_vec3().is_finite()) {
+            bail!("the mesh has a corner at {place} in the grid of its layers; bake again");
+        }
+        Ok(Self {
             body: body.clone(),
             enlarged,
             projection,
             points: NearestPoints::new(&triangles),
-        }
+        })
     }
 
     /// The point of the mesh that is nearest to a point of the world, measured in the grid.
@@ -112,9 +116,10 @@ impl<'a> Subject<'a> {
         require_same_box(impostor.represented, part.represented)?;
         let stack = stack_of(body);
         let shape = match (&impostor.body, &manifest.technique) {
-            (Body::Tdm(mesh), Technique::Tdm { enlarged, .. }) => Shape::Mesh(Box::new(
-                MeshShape::new(mesh, *enlarged, &stack, quads.scene),
-            )),
+            (Body::Tdm(mesh), Technique::Tdm { enlarged, .. }) => {
+                let shape = MeshShape::new(mesh, *enlarged, &stack, quads.scene);
+                Shape::Mesh(Box::new(shape.with_context(|| impostor.name.clone())?))
+            }
             _ => Shape::Layers(Tracer::new(quads.scene)),
         };
         let checksums = body.layers.iter().map(|layer| layer.texels_sha256.as_str());
@@ -160,11 +165,15 @@ impl<'a> Subject<'a> {
 
     /// The promised camera at viewpoint number `index`, with its resolution divided.
     pub(super) fn camera(&self, index: u64, divisor: u32) -> Camera {
-        let target = match self.lens.aim {
+        self.camera_towards(self.eye(index), self.looked_at(index), divisor)
+    }
+
+    /// Where the promised camera looks from viewpoint number `index`.
+    pub(super) fn looked_at(&self, index: u64) -> DVec3 {
+        match self.lens.aim {
             Aim::Center => self.target(),
             Aim::Anywhere => self.sight(index),
-        };
-        self.camera_towards(self.eye(index), target, divisor)
+        }
     }
 
     /// The promised camera at a place, looking at the centre of what is represented.

@@ -63,6 +63,9 @@ pub(crate) fn open_container(bytes: &[u8]) -> Result<Container<'_>, GltfError> {
             Err(GltfError::Container { place, problem })
         };
         match (&kind.to_le_bytes(), chunk) {
+            (b"JSON", 0) if content.is_empty() => {
+                return wrong("is empty, it must be the document");
+            }
             (b"JSON", 0) => json = Some(content),
             (b"JSON", _) => return wrong("is another JSON chunk, there must be one"),
             (_, 0) => return wrong("is not the JSON chunk, which must be the first"),
@@ -109,7 +112,7 @@ mod tests {
         /// The chunks come out as they were put in, whatever follows them.
         #[test]
         fn chunks_come_out_as_they_went_in(
-            json in prop::collection::vec(any::<u8>(), 0..20),
+            json in prop::collection::vec(any::<u8>(), 1..20),
             binary in prop::collection::vec(any::<u8>(), 0..20),
             after in prop::collection::vec(any::<u8>(), 0..20),
         ) {
@@ -126,6 +129,13 @@ mod tests {
             let file = &file[..file.len().saturating_sub(cut).max(4)];
             prop_assert!(matches!(open_container(file), Err(GltfError::CutOff { .. })), "{} bytes", file.len());
         }
+    }
+
+    #[test]
+    fn an_empty_document_is_told_with_its_chunk() {
+        let file = glb(&[(b"JSON", b""), (b"BIN\0", b"1")]);
+        let message = open_container(&file).unwrap_err().to_string();
+        assert!(message.starts_with("GLB chunk 0: is empty"), "{message}");
     }
 
     #[test]
