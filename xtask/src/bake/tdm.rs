@@ -139,6 +139,7 @@ fn closed_mesh(
     console: &Console,
 ) -> (u64, Mesh, Vec<DVec3>) {
     let mut fixed = BTreeSet::new();
+    let mut rounds = 0;
     loop {
         let fixed_before: Vec<u32> = fixed.iter().copied().collect();
         let initial = console.stage("connect", || {
@@ -148,11 +149,14 @@ fn closed_mesh(
         let place = |p: &Vec3| sights.projection.point_in_world(p.as_dvec3());
         let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
         let gaps = console.stage("look through", || sights.gaps(&world, &simple.triangles));
-        let around = |gap: &Vec3| index.near(*gap, AROUND_GAPS).map(|(voxel, _)| voxel);
+        // Where gaps open again and again, farther and farther around them.
+        let reach = AROUND_GAPS * 2f32.powi(rounds / 4);
+        let around = |gap: &Vec3| index.near(*gap, reach).map(|(voxel, _)| voxel);
         fixed.extend(gaps.iter().flat_map(around));
         if fixed.len() == fixed_before.len() {
             return (initial.triangles.len() as u64, simple, world);
         }
+        rounds += 1;
     }
 }
 
