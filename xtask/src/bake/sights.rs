@@ -9,9 +9,14 @@ use farfield_scene::{Material, Scene};
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// How often is looked: from corners, edges and faces of the cell, and from within.
-const VIEWPOINTS: u64 = 150;
+/// From where is looked while something is open: from corners, edges and faces of the cell, and from
+/// within.
+const SOME: Range<u64> = 0..150;
+
+/// From where is looked when nothing is open any more.
+const MANY: Range<u64> = 150..750;
 
 /// Of the viewpoints within: others than those from which bundles are verified.
 const SEED: u64 = 0x0062_616b_6564;
@@ -32,6 +37,19 @@ impl Sights<'_> {
     /// Places in the warped grid where the scene covers a pixel and those around it, but the mesh shows
     /// nothing there, or what is behind.
     pub(super) fn gaps(&self, positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
+        let from_some = self.gaps_from(SOME, positions, triangles);
+        match from_some.is_empty() {
+            true => self.gaps_from(MANY, positions, triangles),
+            false => from_some,
+        }
+    }
+
+    fn gaps_from(
+        &self,
+        viewpoints: Range<u64>,
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+    ) -> Vec<Vec3> {
         let Settings {
             cell, hull, camera, ..
         } = self.settings;
@@ -54,7 +72,7 @@ impl Sights<'_> {
             };
             gap_pixels(&a, &b, SLACK).into_iter().map(place).collect()
         };
-        let views: Vec<Vec<Vec3>> = (0..VIEWPOINTS).into_par_iter().map(of_view).collect();
+        let views: Vec<Vec<Vec3>> = viewpoints.into_par_iter().map(of_view).collect();
         views.concat()
     }
 }
