@@ -65,8 +65,10 @@ pub(crate) fn tables() {
     println!(
         "\nBytes of pages, and {TRIANGLE_BYTES} a triangle, in kB: made, and in brackets predicted.\n"
     );
-    println!("| scene | view cell | texels | rectangles | triangles | layered | mesh | right |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!(
+        "| scene | view cell | texels | rectangles | turns | triangles | layered | mesh | right |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
     let fitted = rows(&FITTED);
     let held_out = rows(&HELD_OUT);
     for (name, rows) in [("fitted", &fitted), ("held out", &held_out)] {
@@ -91,7 +93,7 @@ pub(crate) fn tables() {
             row.cost[0]
         )),
         fit(&fitted, |row| (
-            [row.survey.texels, row.survey.triangles],
+            [row.survey.turns, row.survey.triangles],
             row.cost[1]
         )),
     );
@@ -133,9 +135,10 @@ fn rows(entries: &[Entry]) -> Vec<Row> {
         };
         let told = predicted(&row.survey);
         println!(
-            "| {name} | {cell:?} | {} | {:.0} | {} | {:.0} [{:.0}] | {:.0} [{:.0}] | {} |",
+            "| {name} | {cell:?} | {} | {:.0} | {} | {} | {:.0} [{:.0}] | {:.0} [{:.0}] | {} |",
             row.survey.texels,
             row.survey.rectangles,
+            row.survey.turns,
             row.survey.triangles,
             row.cost[0] / 1e3,
             told[0] / 1e3,
@@ -160,7 +163,7 @@ fn surveyed(source: &SceneChoice, cell: &ViewCellSpec) -> Survey {
     let stack = place(&scene, &settings).expect("the cell lies before the scene");
     let textures = Textures::new(&scene);
     let recording = record_layers(&scene, &textures, &stack, &settings.cell, Foliage::Any);
-    survey(&cull(&recording, stack.width, stack.height))
+    survey(&scene, &cull(&recording, stack.width, stack.height))
 }
 
 fn cost(source: &SceneChoice, cell: &ViewCellSpec, making: Making) -> f64 {

@@ -264,7 +264,7 @@ fn a_near_house_is_forecast_as_a_mesh() {
         let stack = place(&scene, &settings).unwrap();
         let cell = &settings.cell;
         let recording = record_layers(&scene, &textures, &stack, cell, Foliage::Any);
-        let found = survey(&cull(&recording, stack.width, stack.height));
+        let found = survey(&scene, &cull(&recording, stack.width, stack.height));
         [layered_bytes(&found), tdm_bytes(&found)]
     };
     let [layered, mesh] = forecast("box:0,10,70:20,20,20");
