@@ -61,6 +61,7 @@ fn row(model: &Model, resolution: u32) {
     let before = Instant::now();
     let simple = simplify(&mesh, &voxels, ENLARGED).mesh;
     let seconds = before.elapsed().as_secs_f64();
+    // Of what is smaller than what came before it, nothing can be told.
     let bytes = peak_rss_bytes() / mesh.triangles.len() as u64;
     let theirs = |error: f32| {
         let before = Instant::now();
