@@ -1,0 +1,5 @@
+#![doc = include_str!("../README.md")]
+
+mod bitfield;
+
+pub use bitfield::Bitfield;
