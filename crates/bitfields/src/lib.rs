@@ -2,4 +2,14 @@
 
 mod bitfield;
 
+mod directions;
+mod triangulation;
+
+mod faces;
+mod lookup;
+
 pub use bitfield::Bitfield;
+pub use directions::{even_directions, widest_gap};
+pub use faces::{FaceRanges, Samples, culled_share, face_sets};
+pub use lookup::Lookup;
+pub use triangulation::{Face, Triangulation, TriangulationError};
