@@ -8,8 +8,11 @@ mod triangulation;
 mod faces;
 mod lookup;
 
+mod patches;
+
 pub use bitfield::Bitfield;
 pub use directions::{even_directions, widest_gap};
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
 pub use lookup::Lookup;
+pub use patches::{PatchSettings, Patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
