@@ -3,8 +3,8 @@
 
 use crate::models;
 use farfield_bitfields::{
-    Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation, culled_share,
-    even_directions, face_sets, patches,
+    Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation,
+    adapt, culled_share, even_directions, face_sets, patches,
 };
 use farfield_sampling::{NONE, Textures, rasterize};
 use farfield_scene::Scene;
@@ -125,6 +125,7 @@ pub(crate) fn tables() {
     views_table(&sampled);
     sets_table(&sampled);
     patches_table(&sampled);
+    sampled.iter().take(3).for_each(adaptive);
     buffers(&sampled);
     unions();
     lookups(&sampled);
@@ -332,6 +333,88 @@ fn patches_table(all: &[Sampled]) {
                 joined.bytes(),
                 most(&joined).unwrap_or(0),
                 share(&joined),
+            );
+        }
+    }
+}
+
+/// What it takes until pictures miss nothing.
+fn adaptive(sampled: &Sampled) {
+    println!(
+        "\n{}: viewpoints added until 1,000 pictures in a row miss nothing, then missed pixels of \
+         {PICTURES} others, in all and in the worst.\n",
+        sampled.model.name
+    );
+    println!(
+        "| most viewpoints | seed | viewpoints | pictures | s | culled | ranges: bytes | missed | \
+         patches: bytes | culled | missed |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    let model = &sampled.model;
+    let textures = Textures::new(&model.scene);
+    for most_viewpoints in [SAMPLES, 55, 110] {
+        for seed in 0..3 {
+            let settings = AdaptiveSettings {
+                most_viewpoints,
+                clean_views: 1000,
+                most_views: 20_000,
+                seed,
+            };
+            let start = Instant::now();
+            let look = |directions: &[DVec3]| {
+                let shown = |direction: &DVec3| {
+                    let mut ids = model.ids(&textures, *direction, [PICTURE; 2]);
+                    ids.retain(|id| *id != NONE);
+                    ids.sort_unstable();
+                    let runs = ids.chunk_by(|a, b| a == b);
+                    runs.map(|run| [run[0], run.len() as u32]).collect()
+                };
+                directions.iter().map(shown).collect()
+            };
+            let adapted = adapt(
+                &even_directions(SAMPLES),
+                &settings,
+                |directions| model.sets(&textures, directions),
+                look,
+            );
+            let Adapted {
+                faces,
+                sets,
+                rounds,
+                ..
+            } = adapted.expect("the first are all around");
+            let seconds = start.elapsed().as_secs_f64();
+            let united = face_sets(&faces, &sets, Samples::Six);
+            let lists = FaceRanges::from_sets(&united);
+            let missed_pixels = |united: &[Bitfield]| {
+                let missed = missed(sampled, &faces, united);
+                format!(
+                    "{}, {}",
+                    missed.iter().sum::<u32>(),
+                    percentile(&missed, 1.0)
+                )
+            };
+            let settings = PatchSettings::default();
+            let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
+            let joined = patches.ranges(&united, settings.most_ranges);
+            let drawn: Vec<Bitfield> = (0..joined.faces())
+                .map(|face| {
+                    let places = joined.of(face).iter().cloned().flatten();
+                    let ids: Vec<u32> = places.map(|at| patches.order[at as usize]).collect();
+                    Bitfield::from_ids(model.primitives, &ids)
+                })
+                .collect();
+            let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
+            println!(
+                "| {most_viewpoints} | {seed} | {} | {} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
+                sets.len(),
+                64 * rounds.len(),
+                share(&lists),
+                lists.bytes(),
+                missed_pixels(&united),
+                joined.bytes(),
+                share(&joined),
+                missed_pixels(&drawn),
             );
         }
     }

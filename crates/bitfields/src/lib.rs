@@ -10,6 +10,9 @@ mod lookup;
 
 mod patches;
 
+mod adaptive;
+
+pub use adaptive::{Adapted, AdaptiveSettings, Round, adapt};
 pub use bitfield::Bitfield;
 pub use directions::{even_directions, widest_gap};
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
