@@ -6,7 +6,8 @@
 //! time and memory of a bake grow with the scene, `-- bakes` only what whole bakes of real models take,
 //! `-- passes` only what plain pictures take, for comparison with `benches/llvmpipe.py`.
 //! `-- auto` tries and fits what `bake --technique auto` predicts, `-- tdm` prints the paper's table of
-//! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer.
+//! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer,
+//! `-- bitfields` the tables of ID-bitfields.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
@@ -14,6 +15,7 @@
 mod atlas;
 mod auto;
 mod bakes;
+mod bitfields;
 mod capture;
 mod compare;
 mod growth;
@@ -67,6 +69,9 @@ fn main() {
 
     if asked("auto").is_some() {
         return auto::tables();
+    }
+    if asked("bitfields").is_some() {
+        return bitfields::tables();
     }
     if asked("tdm").is_some() {
         return tdm::tables();

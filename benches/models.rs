@@ -30,7 +30,7 @@ pub(crate) struct Layered {
 }
 
 /// A model's file and its view cell: name without ending, centre, size.
-type Entry = (&'static str, [f64; 3], [f64; 3]);
+pub(crate) type Entry = (&'static str, [f64; 3], [f64; 3]);
 
 /// Dense models: what the tables of quads and pages are about.
 pub(crate) const DENSE: [Entry; 4] = [

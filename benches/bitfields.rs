@@ -1,0 +1,506 @@
+//! ID-bitfields: the experiment of Meruvia Pastor and Strothotte, how sets are best stored, and what
+//! patches and lookups cost.
+
+use crate::models;
+use farfield_bitfields::{
+    Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation,
+    adapt, culled_share, even_directions, face_sets, patches,
+};
+use farfield_sampling::{NONE, Textures, rasterize};
+use farfield_scene::Scene;
+use farfield_views::{Camera, Extent, Pose, sphere_direction};
+use glam::{DVec3, Vec3};
+use roaring::RoaringBitmap;
+use std::hint::black_box;
+use std::ops::Range;
+use std::time::Instant;
+
+/// The paper's samples, the pixels of their id buffers, and of the pictures that they are judged by.
+const SAMPLES: u32 = 25;
+const BUFFER: [u32; 2] = [1320, 1074];
+const PICTURE: u32 = 255;
+
+/// Pictures are taken from so many directions.
+const PICTURES: u32 = 320;
+
+/// What id buffers and pictures show from one corner to the opposite, in radians.
+const FOV: f64 = std::f64::consts::FRAC_PI_4;
+
+const MODELS: [models::Entry; 4] = [
+    models::DENSE[0],
+    models::DENSE[1],
+    models::DENSE[2],
+    models::LARGE[0],
+];
+
+/// A scene whose triangles are numbered as they are drawn, object by object.
+struct Numbered {
+    name: &'static str,
+    scene: Scene,
+    /// The number of each object's first triangle.
+    first: Vec<u32>,
+    primitives: u32,
+    center: DVec3,
+    /// Of a sphere around all of it.
+    radius: f64,
+}
+
+impl Numbered {
+    fn new(name: &'static str, scene: Scene) -> Self {
+        let mut primitives = 0;
+        let first = (0..scene.objects.len() as u32)
+            .map(|object| {
+                let first = primitives;
+                primitives += scene.mesh_of(object).triangles.len() as u32;
+                first
+            })
+            .collect();
+        let [min, max] = scene.bounds().expect("the model has triangles");
+        Self {
+            name,
+            scene,
+            first,
+            primitives,
+            center: (min + max) / 2.0,
+            radius: min.distance(max) / 2.0,
+        }
+    }
+
+    /// What is seen from a direction, from where a picture of these pixels just holds the model.
+    fn ids(
+        &self,
+        textures: &Textures<'_>,
+        direction: DVec3,
+        [width, height]: [u32; 2],
+    ) -> Vec<u32> {
+        let extent = Extent::symmetric(FOV, width, height);
+        let half = extent.max.min_element().atan();
+        let eye = self.center + direction * self.radius / half.sin();
+        let camera = Camera {
+            pose: Pose::looking_along(eye, self.center - eye),
+            extent,
+            width,
+            height,
+        };
+        let seen = rasterize(&self.scene, textures, &camera);
+        let pixels = seen.objects.cells().iter().zip(seen.triangles.cells());
+        let id = |(&object, &triangle): (&u32, &u32)| match object {
+            NONE => NONE,
+            _ => {
+                let start = self.scene.mesh_of(object).triangles.start;
+                self.first[object as usize] + triangle - start
+            }
+        };
+        pixels.map(id).collect()
+    }
+
+    /// What is seen from each direction.
+    fn sets(&self, textures: &Textures<'_>, directions: &[DVec3]) -> Vec<Bitfield> {
+        let set = |&direction: &DVec3| {
+            Bitfield::from_ids(self.primitives, &self.ids(textures, direction, BUFFER))
+        };
+        directions.iter().map(set).collect()
+    }
+
+    fn centers(&self) -> Vec<Vec3> {
+        let triangles = self.scene.triangles_in_world();
+        triangles
+            .map(|[a, b, c]| ((a + b + c) / 3.0 - self.center).as_vec3())
+            .collect()
+    }
+}
+
+/// A model with its samples, and the pictures that they are judged by.
+struct Sampled {
+    model: Numbered,
+    faces: Triangulation,
+    sets: Vec<Bitfield>,
+    pictures: Vec<(DVec3, Vec<u32>)>,
+}
+
+/// Prints all tables.
+pub(crate) fn tables() {
+    let read = models::read(&MODELS).into_iter();
+    let sampled: Vec<Sampled> = read.map(|model| sample(model.name, model.scene)).collect();
+    views_table(&sampled);
+    sets_table(&sampled);
+    patches_table(&sampled);
+    sampled.iter().take(3).for_each(adaptive);
+    buffers(&sampled);
+    unions();
+    lookups(&sampled);
+}
+
+fn sample(name: &'static str, scene: Scene) -> Sampled {
+    let model = Numbered::new(name, scene);
+    let textures = Textures::new(&model.scene);
+    let directions = even_directions(SAMPLES);
+    let sets = model.sets(&textures, &directions);
+    let faces = Triangulation::new(&directions, DVec3::ZERO).expect("directions are all around");
+    let picture = |index| {
+        let direction = sphere_direction(index, PICTURES);
+        (direction, model.ids(&textures, direction, [PICTURE; 2]))
+    };
+    let pictures = (0..PICTURES).map(picture).collect();
+    drop(textures);
+    Sampled {
+        model,
+        faces,
+        sets,
+        pictures,
+    }
+}
+
+/// Pixels of each picture whose primitive is not in the set of the face, ascending.
+fn missed(sampled: &Sampled, faces: &Triangulation, united: &[Bitfield]) -> Vec<u32> {
+    let lookup = Lookup::new(faces.clone(), FaceRanges::from_sets(united));
+    let count = |(direction, ids): &(DVec3, Vec<u32>)| {
+        let set = &united[lookup.face(*direction) as usize];
+        ids.iter()
+            .filter(|&&id| id != NONE && !set.contains(id))
+            .count() as u32
+    };
+    let mut missed: Vec<u32> = sampled.pictures.iter().map(count).collect();
+    missed.sort_unstable();
+    missed
+}
+
+/// The value that a share of ascending values do not exceed.
+fn percentile(ascending: &[u32], share: f64) -> u32 {
+    ascending[((ascending.len() as f64 * share).ceil() as usize).max(1) - 1]
+}
+
+/// Culling and missed pixels over numbers of samples: the paper's Figures 5 and 7.
+fn views_table(all: &[Sampled]) {
+    println!(
+        "\nCulled: mean share of primitives over faces. Missed: pixels of {PICTURES} pictures of \
+         {PICTURE} x {PICTURE}, at the 50th and 95th percentile and in the worst. The paper's at 25 \
+         samples: 26 % of the bunny, 53 and 70 % of two others; 23, 294 and 623 pixels.\n"
+    );
+    println!("| model | primitives | samples | three: culled | missed | six: culled | missed |");
+    println!("|---|---|---|---|---|---|---|");
+    for sampled in all {
+        let model = &sampled.model;
+        for samples in [14, SAMPLES, 55, 110] {
+            let directions = even_directions(samples);
+            let faces = Triangulation::new(&directions, DVec3::ZERO).expect("these are all around");
+            let sets = match samples {
+                SAMPLES => sampled.sets.clone(),
+                _ => model.sets(&Textures::new(&model.scene), &directions),
+            };
+            let columns = [Samples::Three, Samples::Six].map(|samples| {
+                let united = face_sets(&faces, &sets, samples);
+                let share = culled_share(&FaceRanges::from_sets(&united), model.primitives);
+                let missed = missed(sampled, &faces, &united);
+                let [half, most] = [0.5, 0.95].map(|share| percentile(&missed, share));
+                let worst = percentile(&missed, 1.0);
+                format!("{:.1} % | {half}, {most}, {worst}", 100.0 * share)
+            });
+            println!(
+                "| {} | {} | {samples} | {} | {} |",
+                model.name, model.primitives, columns[0], columns[1]
+            );
+        }
+    }
+}
+
+/// Nanoseconds of one call, the least of many.
+fn nanoseconds(mut work: impl FnMut()) -> f64 {
+    let once = |work: &mut dyn FnMut()| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_nanos() as f64
+    };
+    (0..200).map(|_| once(&mut work)).fold(f64::MAX, f64::min)
+}
+
+/// Bytes of sets, and what it takes to unite six: plain words, roaring bitmaps, runs.
+fn sets_table(all: &[Sampled]) {
+    println!(
+        "\nBytes of a sample's set (mean), and microseconds to unite the six of a face (mean over \
+         faces): plain words with a summary, roaring bitmaps whose runs are found, runs of 8 bytes.\n"
+    );
+    println!("| model | visible | words | µs | roaring | µs | runs | µs |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for Sampled {
+        model, faces, sets, ..
+    } in all
+    {
+        let roaring: Vec<RoaringBitmap> = sets
+            .iter()
+            .map(|set| {
+                let mut bitmap: RoaringBitmap = set.iter().collect();
+                bitmap.optimize();
+                bitmap
+            })
+            .collect();
+        let runs: Vec<Vec<Range<u32>>> = sets.iter().map(Bitfield::ranges).collect();
+        let sixes: Vec<[u32; 6]> = (0..faces.faces().len() as u32)
+            .map(|f| faces.six(f))
+            .collect();
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
+        let time = |unite: &dyn Fn(&[u32; 6])| {
+            mean(
+                sixes
+                    .iter()
+                    .map(|six| nanoseconds(|| unite(six)) / 1000.0)
+                    .collect(),
+            )
+        };
+        let words_time = time(&|six| {
+            let mut union = sets[six[0] as usize].clone();
+            six[1..]
+                .iter()
+                .for_each(|s| union.union_with(&sets[*s as usize]));
+            black_box(union);
+        });
+        let roaring_time = time(&|six| {
+            let mut union = roaring[six[0] as usize].clone();
+            six[1..].iter().for_each(|s| union |= &roaring[*s as usize]);
+            black_box(union);
+        });
+        let runs_time = time(&|six| {
+            let first = runs[six[0] as usize].clone();
+            let rest = six[1..].iter();
+            black_box(rest.fold(first, |union, s| merged(&union, &runs[*s as usize])));
+        });
+        let words = model.primitives.div_ceil(64);
+        let count = |of: &dyn Fn(usize) -> f64| mean((0..sets.len()).map(of).collect());
+        println!(
+            "| {} | {:.1} % | {} | {words_time:.2} | {:.0} | {roaring_time:.2} | {:.0} | {runs_time:.1} |",
+            model.name,
+            count(&|i| 100.0 * f64::from(sets[i].len()) / f64::from(model.primitives)),
+            8 * (words + words.div_ceil(64)),
+            count(&|i| roaring[i].serialized_size() as f64),
+            count(&|i| 8.0 * runs[i].len() as f64),
+        );
+    }
+}
+
+/// The union of two ascending lists of ranges.
+fn merged(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
+    let mut union: Vec<Range<u32>> = Vec::with_capacity(a.len() + b.len());
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() || j < b.len() {
+        let from_a = j == b.len() || (i < a.len() && a[i].start <= b[j].start);
+        let next = match from_a {
+            true => a[i].clone(),
+            false => b[j].clone(),
+        };
+        i += usize::from(from_a);
+        j += usize::from(!from_a);
+        match union.last_mut() {
+            Some(last) if next.start <= last.end => last.end = last.end.max(next.end),
+            _ => union.push(next),
+        }
+    }
+    union
+}
+
+/// What patches cost and cull beside lists of primitives.
+fn patches_table(all: &[Sampled]) {
+    println!(
+        "\nPatches beside lists of primitives: bytes of all faces' lists, the most ranges of a face, \
+         mean culling over faces; patches before ranges are joined, and after.\n"
+    );
+    println!(
+        "| model | ranges: bytes | ranges | culled | primitives a patch | s | patches | culled | \
+         joined: bytes | ranges | culled |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    let most = |lists: &FaceRanges| (0..lists.faces()).map(|f| lists.of(f).len()).max();
+    for Sampled {
+        model, faces, sets, ..
+    } in all
+    {
+        let united = face_sets(faces, sets, Samples::Six);
+        let exact = FaceRanges::from_sets(&united);
+        let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
+        for most_primitives in [64, 128, 256] {
+            let start = Instant::now();
+            let patches = patches(&model.centers(), faces, &united, most_primitives);
+            let seconds = start.elapsed().as_secs_f64();
+            let whole = patches.ranges(&united, u32::MAX);
+            let joined = patches.ranges(&united, PatchSettings::default().most_ranges);
+            println!(
+                "| {} | {} | {} | {:.1} % | {most_primitives} | {seconds:.2} | {} | {:.1} % | {} | {} | {:.1} % |",
+                model.name,
+                exact.bytes(),
+                most(&exact).unwrap_or(0),
+                share(&exact),
+                patches.count(),
+                share(&whole),
+                joined.bytes(),
+                most(&joined).unwrap_or(0),
+                share(&joined),
+            );
+        }
+    }
+}
+
+/// What it takes until pictures miss nothing.
+fn adaptive(sampled: &Sampled) {
+    println!(
+        "\n{}: viewpoints added until 1,000 pictures in a row miss nothing, then missed pixels of \
+         {PICTURES} others, in all and in the worst.\n",
+        sampled.model.name
+    );
+    println!(
+        "| most viewpoints | seed | viewpoints | pictures | s | culled | ranges: bytes | missed | \
+         patches: bytes | culled | missed |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    let model = &sampled.model;
+    let textures = Textures::new(&model.scene);
+    for most_viewpoints in [SAMPLES, 55, 110] {
+        for seed in 0..3 {
+            let settings = AdaptiveSettings {
+                most_viewpoints,
+                clean_views: 1000,
+                most_views: 20_000,
+                seed,
+            };
+            let start = Instant::now();
+            let look = |directions: &[DVec3]| {
+                let shown = |direction: &DVec3| {
+                    let mut ids = model.ids(&textures, *direction, [PICTURE; 2]);
+                    ids.retain(|id| *id != NONE);
+                    ids.sort_unstable();
+                    let runs = ids.chunk_by(|a, b| a == b);
+                    runs.map(|run| [run[0], run.len() as u32]).collect()
+                };
+                directions.iter().map(shown).collect()
+            };
+            let adapted = adapt(
+                &even_directions(SAMPLES),
+                &settings,
+                |directions| model.sets(&textures, directions),
+                look,
+            );
+            let Adapted {
+                faces,
+                sets,
+                rounds,
+                ..
+            } = adapted.expect("the first are all around");
+            let seconds = start.elapsed().as_secs_f64();
+            let united = face_sets(&faces, &sets, Samples::Six);
+            let lists = FaceRanges::from_sets(&united);
+            let missed_pixels = |united: &[Bitfield]| {
+                let missed = missed(sampled, &faces, united);
+                format!(
+                    "{}, {}",
+                    missed.iter().sum::<u32>(),
+                    percentile(&missed, 1.0)
+                )
+            };
+            let settings = PatchSettings::default();
+            let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
+            let joined = patches.ranges(&united, settings.most_ranges);
+            let drawn: Vec<Bitfield> = (0..joined.faces())
+                .map(|face| {
+                    let places = joined.of(face).iter().cloned().flatten();
+                    let ids: Vec<u32> = places.map(|at| patches.order[at as usize]).collect();
+                    Bitfield::from_ids(model.primitives, &ids)
+                })
+                .collect();
+            let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
+            println!(
+                "| {most_viewpoints} | {seed} | {} | {} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
+                sets.len(),
+                64 * rounds.len(),
+                share(&lists),
+                lists.bytes(),
+                missed_pixels(&united),
+                joined.bytes(),
+                share(&joined),
+                missed_pixels(&drawn),
+            );
+        }
+    }
+}
+
+/// What 55 id buffers of each model take.
+fn buffers(all: &[Sampled]) {
+    println!(
+        "\nSeconds for 55 id buffers of {} x {} pixels and their sets.\n",
+        BUFFER[0], BUFFER[1]
+    );
+    println!("| model | primitives | seconds |\n|---|---|---|");
+    for Sampled { model, .. } in all {
+        let textures = Textures::new(&model.scene);
+        let start = Instant::now();
+        black_box(model.sets(&textures, &even_directions(55)));
+        let seconds = start.elapsed().as_secs_f64();
+        println!("| {} | {} | {seconds:.1} |", model.name, model.primitives);
+    }
+}
+
+/// How far uniting sets of a million primitives is from reading them.
+fn unions() {
+    const PRIMITIVES: u32 = 1_000_000;
+    // More than caches hold: 300 MB.
+    let sets: Vec<Bitfield> = (0..2400)
+        .map(|i| {
+            let some: Vec<u32> = (0..PRIMITIVES).step_by(50 + i % 20).collect();
+            Bitfield::from_ids(PRIMITIVES, &some)
+        })
+        .collect();
+    let words = vec![1u64; sets.len() * PRIMITIVES.div_ceil(64) as usize];
+    let seconds = |work: &dyn Fn()| {
+        let once = |_| {
+            let start = Instant::now();
+            work();
+            start.elapsed().as_secs_f64()
+        };
+        (0..10).map(once).fold(f64::MAX, f64::min)
+    };
+    let read = seconds(&|| {
+        black_box(black_box(&words).iter().fold(0u64, |all, word| all ^ word));
+    });
+    let mut union = Bitfield::empty(PRIMITIVES);
+    let union = std::cell::RefCell::new(&mut union);
+    let united = seconds(&|| {
+        for six in black_box(&sets).chunks(6) {
+            let mut union = union.borrow_mut();
+            six.iter().for_each(|set| union.union_with(set));
+            black_box(&**union);
+        }
+    });
+    let rate = |seconds: f64| (words.len() * 8) as f64 / seconds / 1e9;
+    println!(
+        "\nUniting six sets of {PRIMITIVES} primitives: {:.1} µs, {:.1} GB/s; reading as many bytes \
+         from memory: {:.1} GB/s; ratio {:.2}",
+        united * 1e6 / 400.0,
+        rate(united),
+        rate(read),
+        united / read
+    );
+}
+
+/// What a lookup takes, over numbers of samples.
+fn lookups(all: &[Sampled]) {
+    println!("\nNanoseconds from a direction to its ranges, over 10^5 directions in no order.\n");
+    println!("| samples | faces | ns |\n|---|---|---|");
+    let sets = all.first().map(|sampled| &sampled.sets[0]);
+    let Some(set) = sets else { return };
+    for samples in [6, SAMPLES, 55, 300, 1000] {
+        let faces = Triangulation::new(&even_directions(samples), DVec3::ZERO).expect("all around");
+        let count = faces.faces().len();
+        let list = set.ranges().into_iter().take(64).collect::<Vec<_>>();
+        let lookup = Lookup::new(faces, FaceRanges::from_lists(vec![list; count]));
+        let directions: Vec<DVec3> = (0..100_000u64)
+            .map(|i| sphere_direction((i * 61_803 % 100_000) as u32, 100_000))
+            .collect();
+        let least = (0..20)
+            .map(|_| {
+                let start = Instant::now();
+                for &direction in &directions {
+                    black_box(lookup.ranges(black_box(direction)));
+                }
+                start.elapsed().as_nanos() as f64 / directions.len() as f64
+            })
+            .fold(f64::MAX, f64::min);
+        println!("| {samples} | {count} | {least:.0} |");
+    }
+}

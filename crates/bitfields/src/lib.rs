@@ -1,0 +1,21 @@
+#![doc = include_str!("../README.md")]
+
+mod bitfield;
+
+mod directions;
+mod triangulation;
+
+mod faces;
+mod lookup;
+
+mod patches;
+
+mod adaptive;
+
+pub use adaptive::{Adapted, AdaptiveSettings, Round, adapt};
+pub use bitfield::Bitfield;
+pub use directions::{even_directions, widest_gap};
+pub use faces::{FaceRanges, Samples, culled_share, face_sets};
+pub use lookup::Lookup;
+pub use patches::{PatchSettings, Patches, patches};
+pub use triangulation::{Face, Triangulation, TriangulationError};

@@ -1,0 +1,458 @@
+//! Primitives that are seen together, drawn together.
+
+use crate::{Bitfield, FaceRanges, Triangulation};
+use glam::{DVec3, Vec3};
+use std::ops::Range;
+
+/// Primitives of a group that are looked at to choose how it is cut: with fewer, cuts get worse;
+/// more cost time and change nothing.
+const LOOKED_AT: usize = 1024;
+
+/// Cuts into so many patches or fewer are judged by what these draw. Above, nearly all faces see
+/// something of either part, whatever the cut.
+const FEW: usize = 16;
+
+/// A model's primitives in an order in which those that are seen together follow each other.
+///
+/// A patch is a few neighbouring primitives that most views see all of or nothing of. Patches are
+/// what faces draw: lists of their ranges are far shorter than those of single primitives, and all
+/// faces share one index buffer in this order.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Patches {
+    /// The primitive at each place of the new order.
+    pub order: Vec<u32>,
+    /// Patch p holds the places from `starts[p]` to before `starts[p + 1]`.
+    ///
+    /// All have between a half and all of the primitives that were allowed, unless there are too
+    /// few; primitives that no set has are one last patch of any size.
+    pub starts: Vec<u32>,
+}
+
+/// How patches are made and drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PatchSettings {
+    /// Primitives in a patch at most. From 64 to 256 is usual: smaller ones are culled more
+    /// sharply, and make a renderer that draws them one by one slower.
+    pub most_primitives: u32,
+    /// Ranges that are drawn for a face at most. Those with the fewest primitives between them are
+    /// joined.
+    pub most_ranges: u32,
+}
+
+impl Default for PatchSettings {
+    fn default() -> Self {
+        Self {
+            most_primitives: 64,
+            most_ranges: 64,
+        }
+    }
+}
+
+/// Groups primitives into patches.
+///
+/// Groups are cut in two, again and again, by the median along an axis: one of space, or one of the
+/// mean direction in which the faces lie that see a primitive. Each time it is the axis that
+/// leaves the least doubt about which faces see what (the sum over both parts and all faces of
+/// p (1 - p), p the share of the part that the face sees), and in the end the least that is drawn
+/// (the primitives of both parts, each times the faces that see any of the part). Axes of space
+/// have neighbours stay together; those of directions separate the front of a thin wall from its
+/// back, and the inside of a pipe from both.
+///
+/// * `centers` - of each primitive, in any unit
+/// * `sets` - what each face sees
+/// * `most_primitives` - see [`PatchSettings`]
+///
+/// # Panics
+///
+/// When there is not one set for each face, the sets are not of as many primitives as there are
+/// centres, or no primitive is allowed in a patch.
+pub fn patches(
+    centers: &[Vec3],
+    faces: &Triangulation,
+    sets: &[Bitfield],
+    most_primitives: u32,
+) -> Patches {
+    assert!(most_primitives > 0, "patches without primitives");
+    assert!(
+        sets.len() == faces.faces().len(),
+        "{} sets for {} faces",
+        sets.len(),
+        faces.faces().len()
+    );
+    let seen = Seen::new(centers, faces, sets);
+    let some = |id: &u32| seen.signature(*id).iter().any(|word| *word != 0);
+    let (mut order, hidden): (Vec<u32>, Vec<u32>) = (0..centers.len() as u32).partition(some);
+    let groups = match order.len() {
+        0 => Vec::new(),
+        _ => seen.cut(&mut order, 0, most_primitives as usize),
+    };
+    let (mut sorted, mut starts) = (Vec::with_capacity(centers.len()), vec![0]);
+    let all = groups.iter().map(|group| &order[group.places.clone()]);
+    for patch in all.chain((!hidden.is_empty()).then_some(&hidden[..])) {
+        let start = sorted.len();
+        sorted.extend_from_slice(patch);
+        // Neighbours in the model's own order are likely to share vertices.
+        sorted[start..].sort_unstable();
+        starts.push(sorted.len() as u32);
+    }
+    Patches {
+        order: sorted,
+        starts,
+    }
+}
+
+impl Patches {
+    /// Number of patches.
+    pub fn count(&self) -> u32 {
+        self.starts.len() as u32 - 1
+    }
+
+    /// For each set, the ranges of places that hold all its primitives: whole patches, and what
+    /// lies between them where there are too many ranges.
+    ///
+    /// * `most_ranges` - see [`PatchSettings`]
+    ///
+    /// # Panics
+    ///
+    /// When a set is not of as many primitives as the patches have, or no range is allowed.
+    pub fn ranges(&self, sets: &[Bitfield], most_ranges: u32) -> FaceRanges {
+        FaceRanges::from_lists(sets.iter().map(|set| {
+            assert!(
+                set.primitives() as usize == self.order.len(),
+                "a set of {} primitives for patches of {}",
+                set.primitives(),
+                self.order.len()
+            );
+            let visible = |patch: &Range<u32>| {
+                let mut primitives = self.order[patch.start as usize..patch.end as usize].iter();
+                primitives.any(|&id| set.contains(id))
+            };
+            let patches = self.starts.windows(2).map(|pair| pair[0]..pair[1]);
+            join(patches.filter(visible), most_ranges)
+        }))
+    }
+}
+
+/// Ascending ranges, with those joined that touch and those with the least between them, until
+/// there are at most `most`.
+///
+/// What is added is the sum of the gaps that are closed, so closing the smallest adds the least.
+fn join(ranges: impl Iterator<Item = Range<u32>>, most: u32) -> Vec<Range<u32>> {
+    assert!(most > 0, "no range is allowed");
+    let ranges: Vec<_> = ranges.collect();
+    let mut gaps: Vec<u32> = (ranges.windows(2))
+        .map(|pair| pair[1].start - pair[0].end)
+        .filter(|gap| *gap > 0)
+        .collect();
+    gaps.sort_unstable_by(|a, b| b.cmp(a));
+    let left = most as usize - 1;
+    let widest_closed = gaps.get(left).copied().unwrap_or(0);
+    // Of gaps as wide as that, the first ones stay open, as long as there may be any.
+    let mut spare = gaps
+        .iter()
+        .take(left)
+        .filter(|gap| **gap == widest_closed)
+        .count();
+    let mut joined: Vec<Range<u32>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last) => {
+                let gap = range.start - last.end;
+                let open = gap > widest_closed || (gap == widest_closed && gap > 0 && spare > 0);
+                match open {
+                    true => {
+                        spare -= usize::from(gap == widest_closed);
+                        joined.push(range);
+                    }
+                    false => last.end = range.end,
+                }
+            }
+            None => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// What is known of each primitive.
+struct Seen {
+    /// Of the primitive's centre and of the mean direction in which the faces lie that see it.
+    axes: Vec<[f32; 6]>,
+    /// One bit for each face that sees it.
+    signatures: Vec<u64>,
+    words: usize,
+    faces: usize,
+}
+
+/// A patch before it has its place.
+struct Group {
+    places: Range<usize>,
+    /// Faces that see any of it.
+    signature: Vec<u64>,
+}
+
+impl Seen {
+    fn new(centers: &[Vec3], faces: &Triangulation, sets: &[Bitfield]) -> Self {
+        let words = sets.len().div_ceil(64);
+        let mut signatures = vec![0u64; words * centers.len()];
+        let mut directions = vec![(DVec3::ZERO, 0u32); centers.len()];
+        for (face, set) in sets.iter().enumerate() {
+            assert!(
+                set.primitives() as usize == centers.len(),
+                "a set of {} primitives for {} centres",
+                set.primitives(),
+                centers.len()
+            );
+            let middle = faces.corners(face as u32).iter().sum::<DVec3>().normalize();
+            for id in set.iter() {
+                signatures[id as usize * words + face / 64] |= 1 << (face % 64);
+                let (sum, count) = &mut directions[id as usize];
+                *sum += middle;
+                *count += 1;
+            }
+        }
+        let axes = centers
+            .iter()
+            .zip(directions)
+            .map(|(center, (sum, count))| {
+                let mean = (sum / f64::from(count.max(1))).as_vec3();
+                [center.x, center.y, center.z, mean.x, mean.y, mean.z]
+            });
+        Self {
+            axes: axes.collect(),
+            signatures,
+            words,
+            faces: sets.len(),
+        }
+    }
+
+    fn signature(&self, id: u32) -> &[u64] {
+        &self.signatures[id as usize * self.words..][..self.words]
+    }
+
+    /// Sorts primitives into groups, which it names in an order in which neighbours are seen from
+    /// much the same faces.
+    ///
+    /// * `start` - place of the first of the primitives
+    fn cut(&self, primitives: &mut [u32], start: usize, most: usize) -> Vec<Group> {
+        let groups = primitives.len().div_ceil(most);
+        if groups <= 1 {
+            return vec![Group {
+                places: start..start + primitives.len(),
+                signature: self.united(primitives),
+            }];
+        }
+        // In proportion, so that all groups are of the same size in the end.
+        let left = primitives.len() * (groups / 2) / groups;
+        let axis = self.best_axis(primitives, left, groups);
+        primitives.select_nth_unstable_by(left, |a, b| self.compare(axis, *a, *b));
+        let (near, far) = primitives.split_at_mut(left);
+        let near = self.cut(near, start, most);
+        let far = self.cut(far, start + left, most);
+        chained(near, far)
+    }
+
+    /// The axis along which a cut costs the least, judged by some of the primitives.
+    fn best_axis(&self, primitives: &[u32], left: usize, groups: usize) -> usize {
+        let step = primitives.len().div_ceil(LOOKED_AT);
+        let mut some: Vec<u32> = primitives.iter().copied().step_by(step).collect();
+        let cut = some.len() * left / primitives.len();
+        let extent = |axis: usize| {
+            let values = some.iter().map(|id| self.axes[*id as usize][axis]);
+            let bounds = values.fold([f32::MAX, f32::MIN], |[min, max], v| {
+                [v.min(min), v.max(max)]
+            });
+            bounds[1] - bounds[0]
+        };
+        let cost = |part: &[u32]| match groups <= FEW {
+            true => self.drawn(part),
+            false => self.doubt(part),
+        };
+        // Where all cuts cost the same, groups are cut across their longest side.
+        let mut axes: Vec<usize> = (0..3).collect();
+        axes.sort_by(|a, b| extent(*b).total_cmp(&extent(*a)));
+        axes.extend(3..6);
+        let costs = axes.iter().map(|&axis| {
+            some.select_nth_unstable_by(cut, |a, b| self.compare(axis, *a, *b));
+            let (near, far) = some.split_at(cut);
+            cost(near) + cost(far)
+        });
+        let costs: Vec<f64> = costs.collect();
+        let least = (0..axes.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+        axes[least.expect("there are six axes")]
+    }
+
+    fn compare(&self, axis: usize, a: u32, b: u32) -> std::cmp::Ordering {
+        let value = |id: u32| self.axes[id as usize][axis];
+        value(a).total_cmp(&value(b)).then(a.cmp(&b))
+    }
+
+    /// The faces that see any of some primitives.
+    fn united(&self, primitives: &[u32]) -> Vec<u64> {
+        let mut all = vec![0; self.words];
+        for &id in primitives {
+            let words = all.iter_mut().zip(self.signature(id));
+            words.for_each(|(all, one)| *all |= one);
+        }
+        all
+    }
+
+    /// What the primitives cost as one patch: as many as they are for each face that sees any.
+    fn drawn(&self, primitives: &[u32]) -> f64 {
+        let faces: u32 = (self.united(primitives).iter())
+            .map(|word| word.count_ones())
+            .sum();
+        f64::from(faces) * primitives.len() as f64
+    }
+
+    /// Primitives times the sum over all faces of p (1 - p), p the share that the face sees.
+    fn doubt(&self, primitives: &[u32]) -> f64 {
+        let mut counts = vec![0u32; self.faces];
+        for &id in primitives {
+            for (at, &word) in self.signature(id).iter().enumerate() {
+                let mut rest = word;
+                while rest != 0 {
+                    counts[at * 64 + rest.trailing_zeros() as usize] += 1;
+                    rest &= rest - 1;
+                }
+            }
+        }
+        let all = primitives.len() as f64;
+        let doubt = |&count: &u32| f64::from(count) * (1.0 - f64::from(count) / all);
+        counts.iter().map(doubt).sum()
+    }
+}
+
+/// One row of groups after the other, each in the direction in which the two that meet are seen
+/// from the same faces, as far as can be.
+fn chained(mut near: Vec<Group>, mut far: Vec<Group>) -> Vec<Group> {
+    let differing = |a: &Group, b: &Group| -> u32 {
+        let words = a.signature.iter().zip(&b.signature);
+        words.map(|(a, b)| (a ^ b).count_ones()).sum()
+    };
+    let ends = |groups: &[Group]| [0, groups.len() - 1];
+    let [near_ends, far_ends] = [ends(&near), ends(&far)];
+    let joints = [(1, 0), (0, 0), (1, 1), (0, 1)];
+    let best = joints
+        .into_iter()
+        .min_by_key(|&(n, f)| differing(&near[near_ends[n]], &far[far_ends[f]]));
+    let (near_end, far_end) = best.expect("there are four");
+    if near_end == 0 {
+        near.reverse();
+    }
+    if far_end == 1 {
+        far.reverse();
+    }
+    near.append(&mut far);
+    near
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faces::tests::samples;
+    use crate::{Samples, culled_share, even_directions, face_sets};
+    use farfield_views::sphere_direction;
+    use proptest::collection::vec;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Every primitive is in exactly one patch; patches have at most as many primitives as
+        /// allowed and at least half as many, unless there are fewer or nobody sees them.
+        #[test]
+        fn every_primitive_is_in_one_patch(
+            (faces, sets) in samples(),
+            places in vec(prop::array::uniform3(-1.0..1.0f32), 500),
+            most in 1..300u32,
+        ) {
+            let sets = face_sets(&faces, &sets, Samples::Six);
+            let centers: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
+            let patches = patches(&centers, &faces, &sets, most);
+            let mut all = patches.order.clone();
+            all.sort();
+            prop_assert!(all.into_iter().eq(0..500));
+            let seen = (0..500).filter(|id| sets.iter().any(|set| set.contains(*id))).count() as u32;
+            for patch in patches.starts.windows(2).filter(|patch| patch[0] < seen) {
+                let len = patch[1] - patch[0];
+                prop_assert!(len <= most && 2 * len >= most.min(seen), "{len} of {most}");
+            }
+            prop_assert!(patches.starts.contains(&seen));
+        }
+
+        /// Ranges are few, and hold all that the set has; where ranges may be many, nothing but
+        /// patches of which it has some; and never more than the patches from first to last.
+        #[test]
+        fn ranges_hold_the_set(
+            (faces, sets) in samples(),
+            places in vec(prop::array::uniform3(-1.0..1.0f32), 500),
+            most_primitives in 1..40u32,
+            most_ranges in 1..40u32,
+        ) {
+            let sets = face_sets(&faces, &sets, Samples::Six);
+            let centers: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
+            let patches = patches(&centers, &faces, &sets, most_primitives);
+            let few = patches.ranges(&sets, most_ranges);
+            let many = patches.ranges(&sets, 500);
+            for (face, set) in sets.iter().enumerate() {
+                let some = |patch: &&[u32]| {
+                    let places = &patches.order[patch[0] as usize..patch[1] as usize];
+                    places.iter().any(|id| set.contains(*id))
+                };
+                let visible = patches.starts.windows(2).filter(some);
+                let places: Vec<u32> = visible.flat_map(|patch| patch[0]..patch[1]).collect();
+                prop_assert!(many.of(face as u32).iter().cloned().flatten().eq(places.clone()));
+                let few = few.of(face as u32);
+                prop_assert!(few.len() <= most_ranges as usize);
+                prop_assert!(places.iter().all(|at| few.iter().any(|range| range.contains(at))));
+            }
+        }
+
+        /// Of all ways to join ranges, none that leaves as few has fewer places between them.
+        #[test]
+        fn the_smallest_gaps_are_closed(
+            lengths in vec((0..4u32, 1..3u32), 0..9),
+            most in 1..6u32,
+        ) {
+            let mut end = 0;
+            let ranges: Vec<Range<u32>> = lengths.iter().map(|&(gap, len)| {
+                let start = end + gap;
+                end = start + len;
+                start..end
+            }).collect();
+            let joined = join(ranges.iter().cloned(), most);
+            prop_assert!(joined.windows(2).all(|pair| pair[0].end < pair[1].start));
+            let gaps = ranges.len().saturating_sub(1);
+            let least = (0..1u32 << gaps).filter_map(|open| {
+                let opened = (0..gaps).filter(|i| open >> i & 1 != 0);
+                let wide = |i: &usize| ranges[*i].end < ranges[i + 1].start;
+                let closed = (0..gaps).filter(|i| open >> i & 1 == 0);
+                (open.count_ones() < most && opened.clone().all(|i| wide(&i))).then(|| {
+                    closed.map(|i| ranges[i + 1].start - ranges[i].end).sum::<u32>()
+                })
+            }).min().unwrap_or(0);
+            let len = |ranges: &[Range<u32>]| ranges.iter().map(|r| r.end - r.start).sum::<u32>();
+            prop_assert_eq!(len(&joined), len(&ranges) + least);
+        }
+    }
+
+    /// Of a sphere, of which each view sees half, patches are culled nearly as sharply as single
+    /// primitives, with far fewer ranges.
+    #[test]
+    fn patches_of_a_sphere_are_culled_sharply() {
+        let directions = (0..20_000).map(|i| sphere_direction(i, 20_000).as_vec3());
+        let centers: Vec<Vec3> = directions.collect();
+        let faces = Triangulation::new(&even_directions(25), DVec3::ZERO).unwrap();
+        let sees = |viewpoint: &DVec3| {
+            let front = |id: &u32| centers[*id as usize].as_dvec3().dot(*viewpoint) > 0.2;
+            let ids: Vec<u32> = (0..20_000).filter(front).collect();
+            Bitfield::from_ids(20_000, &ids)
+        };
+        let sets: Vec<Bitfield> = faces.directions().iter().map(sees).collect();
+        let sets = face_sets(&faces, &sets, Samples::Six);
+        let exact = FaceRanges::from_sets(&sets);
+        let settings = PatchSettings::default();
+        let patches = patches(&centers, &faces, &sets, settings.most_primitives);
+        let ranges = patches.ranges(&sets, settings.most_ranges);
+        let [exact_share, share] = [&exact, &ranges].map(|lists| culled_share(lists, 20_000));
+        assert!(share > exact_share - 0.05 && 5 * ranges.bytes() < exact.bytes());
+    }
+}
