@@ -303,6 +303,9 @@ mod tests {
             let start = even_directions(12);
             let adapted = adapt(&start, &settings, |d| model.sets(d), |d| model.look(d)).unwrap();
             prop_assert_eq!(adapted.clean_views, 1000);
+            // 15 batches of 64, and one of 40.
+            let clean = adapted.rounds.iter().rev().take_while(|round| round.missing_views == 0);
+            prop_assert_eq!(clean.count(), 16);
             prop_assert!(adapted.sets.len() as u32 <= most_viewpoints.max(12));
             prop_assert_eq!(adapted.sets.len(), adapted.faces.directions().len());
             let seen = model.sets(adapted.faces.directions());

@@ -273,8 +273,8 @@ mod tests {
 
     #[test]
     fn nothing_is_no_primitive() {
-        let set = Bitfield::from_ids(3, &[u32::MAX, 2, 2, u32::MAX]);
-        assert_eq!(set.ranges(), [2..3]);
+        let set = Bitfield::from_ids(3, &[u32::MAX, 2, 2, u32::MAX, 0]);
+        assert_eq!(set.ranges(), [0..1, 2..3]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod bitfield;
+mod connectivity;
 
 mod directions;
 mod triangulation;
@@ -14,6 +15,7 @@ mod adaptive;
 
 pub use adaptive::{Adapted, AdaptiveSettings, Round, adapt};
 pub use bitfield::Bitfield;
+pub use connectivity::with_neighbors;
 pub use directions::{even_directions, widest_gap};
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
 pub use lookup::Lookup;
