@@ -50,8 +50,9 @@ impl Default for PatchSettings {
 
 /// Groups primitives into patches.
 ///
-/// Groups are cut in two, again and again, by the median along an axis: one of space, or one of the
-/// mean direction in which the faces lie that see a primitive. Each time it is the axis that
+/// Groups are cut in two, again and again, in the middle along an axis, small ones also at the
+/// quarters: an axis of space, or one of the mean direction in which the faces lie that see a
+/// primitive. Each time it is the axis that
 /// leaves the least doubt about which faces see what (the sum over both parts and all faces of
 /// p (1 - p), p the share of the part that the face sees), and in the end the least that is drawn
 /// (the primitives of both parts, each times the faces that see any of the part). Axes of space
@@ -242,8 +243,8 @@ impl Seen {
             }];
         }
         // In proportion, so that all groups are of the same size in the end.
-        let left = primitives.len() * (groups / 2) / groups;
-        let axis = self.best_axis(primitives, left, groups);
+        let (axis, near_groups) = self.best_cut(primitives, groups);
+        let left = primitives.len() * near_groups / groups;
         primitives.select_nth_unstable_by(left, |a, b| self.compare(axis, *a, *b));
         let (near, far) = primitives.split_at_mut(left);
         let near = self.cut(near, start, most);
@@ -251,11 +252,11 @@ impl Seen {
         chained(near, far)
     }
 
-    /// The axis along which a cut costs the least, judged by some of the primitives.
-    fn best_axis(&self, primitives: &[u32], left: usize, groups: usize) -> usize {
+    /// The axis along which a cut costs the least, judged by some of the primitives, and the groups
+    /// that come before it.
+    fn best_cut(&self, primitives: &[u32], groups: usize) -> (usize, usize) {
         let step = primitives.len().div_ceil(LOOKED_AT);
         let mut some: Vec<u32> = primitives.iter().copied().step_by(step).collect();
-        let cut = some.len() * left / primitives.len();
         let extent = |axis: usize| {
             let values = some.iter().map(|id| self.axes[*id as usize][axis]);
             let bounds = values.fold([f32::MAX, f32::MIN], |[min, max], v| {
@@ -263,22 +264,32 @@ impl Seen {
             });
             bounds[1] - bounds[0]
         };
-        let cost = |part: &[u32]| match groups <= FEW {
-            true => self.drawn(part),
-            false => self.doubt(part),
-        };
-        // Where all cuts cost the same, groups are cut across their longest side.
+        // Where all cuts cost the same, groups are cut in the middle of their longest side.
         let mut axes: Vec<usize> = (0..3).collect();
         axes.sort_by(|a, b| extent(*b).total_cmp(&extent(*a)));
         axes.extend(3..6);
-        let costs = axes.iter().map(|&axis| {
-            some.select_nth_unstable_by(cut, |a, b| self.compare(axis, *a, *b));
-            let (near, far) = some.split_at(cut);
-            cost(near) + cost(far)
-        });
-        let costs: Vec<f64> = costs.collect();
-        let least = (0..axes.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]));
-        axes[least.expect("there are six axes")]
+        let few = groups <= FEW;
+        let near_groups = match few {
+            true => vec![groups / 2, groups.div_ceil(4), groups - groups.div_ceil(4)],
+            false => vec![groups / 2],
+        };
+        let cost = |part: &[u32]| match few {
+            true => self.drawn(part),
+            false => self.doubt(part),
+        };
+        let mut least = (f64::INFINITY, (axes[0], groups / 2));
+        for near in near_groups {
+            let cut = some.len() * near / groups;
+            for &axis in &axes {
+                some.select_nth_unstable_by(cut, |a, b| self.compare(axis, *a, *b));
+                let (before, behind) = some.split_at(cut);
+                let cost = cost(before) + cost(behind);
+                if cost < least.0 {
+                    least = (cost, (axis, near));
+                }
+            }
+        }
+        least.1
     }
 
     fn compare(&self, axis: usize, a: u32, b: u32) -> std::cmp::Ordering {
