@@ -31,18 +31,20 @@ pub(crate) fn table() {
          lost | s | without loss |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
+    let mut largest = 0;
     for resolution in RESOLUTIONS {
-        row(&models::house(), resolution);
+        row(&models::house(), resolution, &mut largest);
     }
     for model in models::read(&models::DENSE)
         .iter()
         .chain(&models::read(&models::CITY))
     {
-        row(model, 512);
+        row(model, 512, &mut largest);
     }
 }
 
-fn row(model: &Model, resolution: u32) {
+/// * `largest` - triangles of the largest mesh so far
+fn row(model: &Model, resolution: u32, largest: &mut usize) {
     let settings = models::settings(&model.scene, model.cell);
     let settings = xtask::recording::Settings {
         camera: PromisedCamera {
@@ -61,8 +63,13 @@ fn row(model: &Model, resolution: u32) {
     let before = Instant::now();
     let simple = simplify(&mesh, &voxels, ENLARGED).mesh;
     let seconds = before.elapsed().as_secs_f64();
-    // Of what is smaller than what came before it, nothing can be told.
-    let bytes = peak_rss_bytes() / mesh.triangles.len() as u64;
+    // The peak of a mesh that is smaller than one before is that one's.
+    let is_largest = mesh.triangles.len() > *largest;
+    *largest = mesh.triangles.len().max(*largest);
+    let bytes = match is_largest {
+        true => (peak_rss_bytes() / mesh.triangles.len() as u64).to_string(),
+        false => String::new(),
+    };
     let theirs = |error: f32| {
         let before = Instant::now();
         let triangles = meshoptimized(&mesh, error);
