@@ -1,11 +1,10 @@
 //! What `bake --technique auto` predicts, beside what is made; and its constants, fitted again.
 
 use crate::models::settings;
-use farfield_sampling::{Foliage, Textures};
+use farfield_sampling::Textures;
 use farfield_views::ViewCell;
 use std::path::PathBuf;
 use xtask::auto::{Powers, Survey, TRIANGLE_BYTES, layered_bytes, survey, tdm_bytes};
-use xtask::recording::{cull, place, record_layers};
 use xtask::{BakeOptions, BuiltIn, Console, Making, SceneChoice, ViewCellSpec, bake};
 
 /// A scene, and its view cell as on the command line.
@@ -160,10 +159,7 @@ fn surveyed(source: &SceneChoice, cell: &ViewCellSpec) -> Survey {
         SceneChoice::BuiltIn(_) => farfield_town::house(0),
     };
     let settings = settings(&scene, ViewCell::Box { center, size });
-    let stack = place(&scene, &settings).expect("the cell lies before the scene");
-    let textures = Textures::new(&scene);
-    let recording = record_layers(&scene, &textures, &stack, &settings.cell, Foliage::Any);
-    survey(&scene, &cull(&recording, stack.width, stack.height))
+    survey(&scene, &Textures::new(&scene), &settings).expect("the cell lies before the scene")
 }
 
 fn cost(source: &SceneChoice, cell: &ViewCellSpec, making: Making) -> f64 {

@@ -2,7 +2,6 @@
 //! same meshes.
 
 use crate::models::{self, Model};
-use farfield_layers::PromisedCamera;
 use farfield_sampling::Textures;
 use farfield_tdm::{Mesh, VoxelLayers, initial_mesh, simplify, touched};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
@@ -45,14 +44,8 @@ pub(crate) fn table() {
 
 /// * `largest` - triangles of the largest mesh so far
 fn row(model: &Model, resolution: u32, largest: &mut usize) {
-    let settings = models::settings(&model.scene, model.cell);
-    let settings = xtask::recording::Settings {
-        camera: PromisedCamera {
-            resolution,
-            ..settings.camera
-        },
-        ..settings
-    };
+    let mut settings = models::settings(&model.scene, model.cell);
+    settings.camera.resolution = resolution;
     let textures = Textures::new(&model.scene);
     let found = voxelize::voxelize(&model.scene, &textures, &settings, &Console::Silent);
     let found = found

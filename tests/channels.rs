@@ -3,12 +3,13 @@
 use crate::setup::{display, model, options, verified, write_glb};
 use farfield_grid::Grid;
 use farfield_metrics::{ColorDifference, Picture, color_difference, compared_region};
+use farfield_pages::place_as_object;
 use farfield_sampling::{
     Lighting, Surface, Textures, Visibility, lit_color, rasterize, srgb_from_linear, surfaces,
 };
-use farfield_scene::{Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
+use farfield_scene::{Filter, Image, Material, Scene, Texture, Wrap};
 use farfield_views::{Camera, ViewCell};
-use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::f32::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 use xtask::{BakeOptions, BuiltIn, Channels, Console, SceneChoice, ViewCellSpec, bake};
@@ -212,15 +213,7 @@ fn dented_ball() -> Scene {
         (b - a).cross(c - a).length() > 1e-6
     });
     scene.triangle_materials = vec![0; scene.triangles.len()];
-    scene.meshes.push(Mesh {
-        vertices: 0..scene.positions.len() as u32,
-        triangles: 0..scene.triangles.len() as u32,
-    });
-    scene.objects.push(Object {
-        name: "ball".into(),
-        mesh: 0,
-        world_from_mesh: DAffine3::IDENTITY,
-    });
+    place_as_object(&mut scene, "ball", DVec3::ZERO);
     scene
 }
 

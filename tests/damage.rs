@@ -1,11 +1,11 @@
 //! Ways to damage files.
 
-use crate::good::good_glb;
+use crate::good::{GoodScene, good_glb};
 use farfield_bundle::{MANIFEST_FILE, sha256_hex};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use xtask::{BakeOptions, SceneChoice};
 
 /// What happens to a file's bytes.
@@ -101,6 +101,21 @@ fn places(value: &Value) -> Vec<String> {
         }
         _ => vec![String::new()],
     }
+}
+
+/// Writes a good scene into a folder; returns its path, and path and contents of each of its files.
+pub(crate) fn write_scene<'a>(
+    good: &'a GoodScene,
+    folder: &Path,
+) -> (PathBuf, Vec<(PathBuf, &'a [u8])>) {
+    let all = good.beside.iter().chain([&good.scene]);
+    let files: Vec<_> = all
+        .map(|(name, bytes)| (folder.join(name), bytes.as_slice()))
+        .collect();
+    for (path, bytes) in &files {
+        fs::write(path, bytes).unwrap();
+    }
+    (folder.join(good.scene.0), files)
 }
 
 /// Writes the good GLB file into a folder, and says how to bake it into the folder `bundle` beside

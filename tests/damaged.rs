@@ -1,7 +1,7 @@
 //! However files are damaged, they are read soundly or refused with one message, and nothing
 //! panics.
 
-use crate::damage::{changed, changes, damages, good_options, manifest, stamp};
+use crate::damage::{changed, changes, damages, good_options, manifest, stamp, write_scene};
 use crate::deadline::must_end;
 use crate::good::{good_glb, good_scenes, picture};
 use farfield_bundle::{Channels, GLTF_FILE, MANIFEST_FILE};
@@ -75,9 +75,7 @@ const CONTENTS: [[usize; 2]; 9] = [
 fn the_good_files_are_good() {
     let (folder, dir) = good_bundle();
     for (good, [triangles, images]) in good_scenes().iter().zip(CONTENTS) {
-        let files = good.beside.iter().chain([&good.scene]);
-        files.for_each(|(name, bytes)| fs::write(folder.path().join(name), bytes).unwrap());
-        let path = folder.path().join(good.scene.0);
+        let (path, _) = write_scene(good, folder.path());
         let scene = farfield_import::read(&path).unwrap().scene;
         let found = [scene.drawn_triangles() as usize, scene.images.len()];
         assert_eq!(found, [triangles, images], "{}", path.display());
@@ -128,15 +126,9 @@ fn damaged_glbs_are_read_soundly_or_refused() {
 fn damaged_scenes_of_all_kinds_are_read_soundly_or_refused() {
     for good in good_scenes() {
         let folder = tempfile::tempdir().unwrap();
-        let scene = folder.path().join(good.scene.0);
-        let files: Vec<_> = good.beside.iter().chain([&good.scene]).collect();
-        for (name, bytes) in &files {
-            fs::write(folder.path().join(name), bytes).unwrap();
-        }
-        for (name, bytes) in files {
-            check_all(500, bytes, &folder.path().join(name), || {
-                check_import(&scene)
-            });
+        let (scene, files) = write_scene(&good, folder.path());
+        for (path, bytes) in files {
+            check_all(500, bytes, &path, || check_import(&scene));
         }
     }
 }

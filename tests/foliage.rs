@@ -2,10 +2,11 @@
 
 use crate::setup::{display, model, options, options_in_cell, verified, write_bundle, write_glb};
 use farfield_bundle::{Body, Manifest, sha256_hex};
+use farfield_pages::place_as_object;
 use farfield_pages::{opaque_texels, patches_of};
-use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
+use farfield_scene::{AlphaMode, Filter, Image, Material, Scene, Texture, Wrap};
 use farfield_views::{Camera, low_discrepancy_point, sphere_direction};
-use glam::{DAffine3, DQuat, DVec3, Vec2, Vec4};
+use glam::{DQuat, DVec3, Vec2, Vec4};
 use std::path::{Path, PathBuf};
 use xtask::{BakeOptions, Console, Foliage, SceneChoice, VerifyReport, bake};
 
@@ -58,15 +59,7 @@ fn tree() -> Scene {
         let [wide, high] = [DVec3::X, DVec3::Y].map(|axis| turn * axis * 0.25);
         add_card(&mut scene, 1, DVec3::Y * 2.9 + out, wide, high);
     }
-    scene.meshes.push(Mesh {
-        vertices: 0..scene.positions.len() as u32,
-        triangles: 0..scene.triangles.len() as u32,
-    });
-    scene.objects.push(Object {
-        name: "tree".into(),
-        mesh: 0,
-        world_from_mesh: DAffine3::IDENTITY,
-    });
+    place_as_object(&mut scene, "tree", DVec3::ZERO);
     scene
 }
 

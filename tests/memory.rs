@@ -6,7 +6,7 @@ mod damage;
 mod deadline;
 mod good;
 
-use damage::{changed, changes, damages, good_options, manifest, stamp};
+use damage::{changed, changes, damages, good_options, manifest, stamp, write_scene};
 use deadline::must_end;
 use farfield_bundle::{GLTF_FILE, MANIFEST_FILE};
 use good::good_scenes;
@@ -74,13 +74,8 @@ fn damaged_files_take_at_most_four_times_the_memory_of_good_ones() {
     // The importer, with every kind of scene, whichever of its files is damaged.
     for good in good_scenes() {
         let folder = tempfile::tempdir().unwrap();
-        let scene = folder.path().join(good.scene.0);
-        let files: Vec<_> = good.beside.iter().chain([&good.scene]).collect();
-        for (name, bytes) in &files {
-            fs::write(folder.path().join(name), bytes).unwrap();
-        }
-        for (name, bytes) in files {
-            let file = folder.path().join(name);
+        let (scene, files) = write_scene(&good, folder.path());
+        for (file, bytes) in files {
             assert_bounded(500, bytes, &file, || farfield_import::read(&scene).is_ok());
         }
     }

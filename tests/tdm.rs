@@ -8,7 +8,7 @@ use farfield_scene::Scene;
 use farfield_views::ViewCell;
 use std::path::Path;
 use xtask::auto::{layered_bytes, survey, tdm_bytes};
-use xtask::recording::{Settings, cull, place, record_layers};
+use xtask::recording::Settings;
 use xtask::{
     BakeOptions, BuiltIn, Channels, Console, Limits, Making, SceneChoice, ViewCellSpec, bake,
 };
@@ -261,10 +261,7 @@ fn a_near_house_is_forecast_as_a_mesh() {
             foliage: Foliage::Any,
             channels: Channels::Lit,
         };
-        let stack = place(&scene, &settings).unwrap();
-        let cell = &settings.cell;
-        let recording = record_layers(&scene, &textures, &stack, cell, Foliage::Any);
-        let found = survey(&scene, &cull(&recording, stack.width, stack.height));
+        let found = survey(&scene, &textures, &settings).unwrap();
         [layered_bytes(&found), tdm_bytes(&found)]
     };
     let [layered, mesh] = forecast("box:0,10,70:20,20,20");

@@ -26,10 +26,7 @@ impl Hit {
     ///
     /// When the object or the triangle does not exist.
     pub fn point_in_world(&self, scene: &Scene) -> DVec3 {
-        let corners = scene
-            .triangle_in(self.object, self.triangle)
-            .map(|vertex| scene.world_position(self.object, vertex));
-        self.among(corners)
+        self.among(self.corners_in_world(scene))
     }
 
     /// The point among the corners of its triangle, in any space.
@@ -46,10 +43,13 @@ impl Hit {
     ///
     /// When the object or the triangle does not exist.
     pub fn normal_in_world(&self, scene: &Scene) -> DVec3 {
-        let [a, b, c] = scene
-            .triangle_in(self.object, self.triangle)
-            .map(|vertex| scene.world_position(self.object, vertex));
+        let [a, b, c] = self.corners_in_world(scene);
         (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    fn corners_in_world(&self, scene: &Scene) -> [DVec3; 3] {
+        let vertices = scene.triangle_in(self.object, self.triangle);
+        vertices.map(|vertex| scene.world_position(self.object, vertex))
     }
 }
 
@@ -278,7 +278,7 @@ fn smooth_normal(scene: &Scene, hit: &Hit) -> DVec3 {
     let [x, y, z] = (in_mesh.as_dvec3() * sign).to_array();
     let in_world =
         m.y_axis.cross(m.z_axis) * x + m.z_axis.cross(m.x_axis) * y + m.x_axis.cross(m.y_axis) * z;
-    let [a, b, c] = vertices.map(|v| scene.world_position(hit.object, v));
+    let [a, b, c] = hit.corners_in_world(scene);
     in_world
         .try_normalize()
         .or((b - a).cross(c - a).try_normalize())
@@ -289,7 +289,7 @@ fn smooth_normal(scene: &Scene, hit: &Hit) -> DVec3 {
 /// texture coordinates have no direction, it stays as it was.
 fn bent(normal: DVec3, scene: &Scene, hit: &Hit, bump: Vec3) -> DVec3 {
     let vertices = scene.triangle_in(hit.object, hit.triangle);
-    let [a, b, c] = vertices.map(|v| scene.world_position(hit.object, v));
+    let [a, b, c] = hit.corners_in_world(scene);
     let uvs = vertices.map(|v| scene.uvs[v as usize].as_dvec2());
     let (p, q) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
     // Solves e1 = p.u U + p.v V and e2 = q.u U + q.v V for the directions U and V.

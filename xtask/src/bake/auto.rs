@@ -30,10 +30,21 @@ pub struct Survey {
     pub triangles: f64,
 }
 
-/// Surveys what is left of a recording of a scene after culling.
+/// Surveys the layers of a scene's impostor, which are placed, recorded and culled for it.
+///
+/// # Errors
+///
+/// As for [`place`].
+pub fn survey(scene: &Scene, textures: &Textures<'_>, settings: &Settings) -> Result<Survey> {
+    let stack = place(scene, settings)?;
+    let recording = record_layers(scene, textures, &stack, &settings.cell, settings.foliage);
+    Ok(counted(scene, &cull(&recording, stack.width, stack.height)))
+}
+
+/// Counts what is left of a recording of a scene after culling.
 ///
 /// Takes time in proportion to n log n for n texels.
-pub fn survey(scene: &Scene, visible: &Recording) -> Survey {
+fn counted(scene: &Scene, visible: &Recording) -> Survey {
     let samples = visible.samples.iter();
     let mut triangles: Vec<[u32; 2]> = samples
         .map(|sample| [sample.hit.object, sample.hit.triangle])
@@ -173,10 +184,7 @@ impl Forecast {
         textures: &Textures<'_>,
         settings: &Settings,
     ) -> Result<()> {
-        let stack = place(&part.scene, settings)?;
-        let cell = &settings.cell;
-        let recording = record_layers(&part.scene, textures, &stack, cell, settings.foliage);
-        let found = survey(&part.scene, &cull(&recording, stack.width, stack.height));
+        let found = survey(&part.scene, textures, settings)?;
         self.counted.texels += found.texels;
         self.counted.rectangles += found.rectangles;
         self.counted.turns += found.turns;
