@@ -54,23 +54,30 @@ impl Painter<'_> {
             let point = a + (b - a) * to_b + (c - a) * to_c;
             let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
             let place = self.projection.place(point).as_vec3();
-            ([texel.x, texel.y], self.color(place, normal))
+            let color = blended(&self.index, self.colors, self.normals, place, normal);
+            ([texel.x, texel.y], color)
         };
         texels.iter().map(color).collect()
     }
+}
 
-    /// The colour of the voxels near a place in the grid, the nearer and the more alike in direction
-    /// the more.
-    fn color(&self, place: Vec3, normal: Vec3) -> [u8; 3] {
-        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-        for (voxel, weight) in self.index.blended(place) {
-            let alike = normal.dot(self.normals[voxel as usize]);
-            let weight = weight * alike.max(SIDEWAYS);
-            sum += Vec3::from(self.colors[voxel as usize].map(f32::from)) * weight;
-            weights += weight;
-        }
-        (sum / weights).round().to_array().map(|c| c as u8)
+/// The colour of the voxels near a place in the grid, the nearer and the more alike in direction the
+/// more.
+fn blended(
+    index: &VoxelIndex,
+    colors: &[[u8; 3]],
+    normals: &[Vec3],
+    place: Vec3,
+    normal: Vec3,
+) -> [u8; 3] {
+    let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+    for (voxel, weight) in index.blended(place) {
+        let alike = normal.dot(normals[voxel as usize]);
+        let weight = weight * alike.max(SIDEWAYS);
+        sum += Vec3::from(colors[voxel as usize].map(f32::from)) * weight;
+        weights += weight;
     }
+    (sum / weights).round().to_array().map(|c| c as u8)
 }
 
 /// What counts of a voxel whose surface faces elsewhere: it has a say where there is no other.
@@ -90,4 +97,31 @@ pub(super) fn normals(scene: &Scene, reference: &Pose, samples: &[Sample]) -> Ve
         }
     };
     samples.par_iter().map(normal).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use farfield_grid::BitMask;
+    use farfield_tdm::VoxelLayers;
+
+    /// At an edge, front and back have their own colours; one that faces neither way has some.
+    #[test]
+    fn a_back_does_not_shine_through_an_edge() {
+        let voxels = VoxelLayers {
+            width: 2,
+            height: 1,
+            layers: &[vec![[0, 0], [1, 0]]],
+            reached: &[BitMask::full(2, 1)],
+            borders: &[0.0, 1.0],
+        };
+        let index = VoxelIndex::new(&voxels);
+        let colors = [[200, 0, 0], [0, 0, 200]];
+        let normals = [Vec3::Z, Vec3::NEG_Z];
+        let between = Vec3::new(1.0, 0.5, 0.5);
+        let color = |normal| blended(&index, &colors, &normals, between, normal);
+        assert_eq!(color(Vec3::Z), colors[0]);
+        assert_eq!(color(Vec3::NEG_Z), colors[1]);
+        assert_eq!(color(Vec3::X), [100, 0, 100]);
+    }
 }
