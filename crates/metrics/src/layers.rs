@@ -2,7 +2,7 @@
 
 use farfield_grid::Grid;
 use farfield_views::{Camera, Pose};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// The index of nothing.
 pub const NONE: u32 = u32::MAX;
@@ -25,22 +25,10 @@ pub fn layer_indices(
 ) -> Grid<u32> {
     let (width, height) = (camera.width as usize, camera.height as usize);
     assert_eq!((depth.width(), depth.height()), (width, height));
-    assert!(
-        borders.len() >= 2,
-        "{} borders hold no layer",
-        borders.len()
-    );
-    let inner = &borders[1..borders.len() - 1];
-    // The depth from the reference viewpoint is linear in the point, so in the pixel too.
-    let axis = camera.pose.view_from_world() * reference.forward;
-    let offset = (camera.pose.eye - reference.eye).dot(reference.forward);
+    let layers = LayersSeen::new(camera, reference, borders);
     let index = |(i, &depth): (usize, &f64)| {
-        if depth.is_infinite() {
-            return NONE;
-        }
         let pixel = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        let from_reference = camera.view_from_pixel(pixel, depth).dot(axis) + offset;
-        inner.partition_point(|border| *border <= from_reference) as u32
+        layers.at(pixel, depth)
     };
     Grid::from_cells(
         width,
@@ -49,10 +37,56 @@ pub fn layer_indices(
     )
 }
 
+/// The layers that a camera looks at.
+#[derive(Clone, Copy, Debug)]
+pub struct LayersSeen<'a> {
+    camera: &'a Camera,
+    /// The reference viewpoint's view axis, in the camera's view space.
+    axis: DVec3,
+    /// What the depth from the reference viewpoint has more at the camera.
+    offset: f64,
+    inner: &'a [f64],
+}
+
+impl<'a> LayersSeen<'a> {
+    /// * `reference` - the reference viewpoint: layers lie across its view axis
+    /// * `borders` - ascending depths from the reference viewpoint, one more than layers
+    ///
+    /// # Panics
+    ///
+    /// When there are fewer than two borders.
+    pub fn new(camera: &'a Camera, reference: &Pose, borders: &'a [f64]) -> Self {
+        assert!(
+            borders.len() >= 2,
+            "{} borders hold no layer",
+            borders.len()
+        );
+        Self {
+            camera,
+            axis: camera.pose.view_from_world() * reference.forward,
+            offset: (camera.pose.eye - reference.eye).dot(reference.forward),
+            inner: &borders[1..borders.len() - 1],
+        }
+    }
+
+    /// The index of the layer whose range holds what is seen at pixel coordinates; what lies before the
+    /// first or behind the last belongs to the first or last layer. [`NONE`] for an infinite depth.
+    ///
+    /// * `depth` - along the camera's view axis, in metres
+    pub fn at(&self, pixel: DVec2, depth: f64) -> u32 {
+        if depth.is_infinite() {
+            return NONE;
+        }
+        // The depth from the reference viewpoint is linear in the point, so in the pixel too.
+        let from_reference = self.camera.view_from_pixel(pixel, depth).dot(self.axis) + self.offset;
+        self.inner
+            .partition_point(|border| *border <= from_reference) as u32
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
     use proptest::prelude::*;
 
     proptest! {

@@ -24,7 +24,7 @@ pub use distribution::Distribution;
 #[cfg(feature = "flip")]
 pub use flip::{FlipErrors, flip_errors};
 pub use gaps::gap_pixels;
-pub use layers::{NONE, layer_indices};
+pub use layers::{LayersSeen, NONE, layer_indices};
 pub use parallax::{ParallaxErrors, RecordedFrom, mesh_parallax, parallax};
 pub use region::compared_region;
 pub use silhouette::{SilhouetteDisplacement, silhouette_displacement};

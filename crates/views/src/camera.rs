@@ -97,6 +97,18 @@ impl Camera {
         }
     }
 
+    /// A camera that sees at each pixel what this one sees so many pixels beside it.
+    pub fn shifted(&self, pixels: DVec2) -> Self {
+        let slopes = pixels * self.pixel_size();
+        Self {
+            extent: Extent {
+                min: self.extent.min + slopes,
+                max: self.extent.max + slopes,
+            },
+            ..*self
+        }
+    }
+
     /// Pixel coordinates of a point in view space; pixel (i, j) covers [i, i+1] x [j, j+1].
     ///
     /// Meaningful only for a positive depth z.
@@ -144,6 +156,18 @@ mod tests {
             let point = DVec3::new(slope, -slope / 2.0, 1.0);
             let whole = camera.pixel_from_view(point) - DVec2::new(x.into(), y.into());
             prop_assert!(whole.distance(window.pixel_from_view(point)) < 1e-10);
+        }
+
+        /// What a shifted camera sees in a pixel lies beside it in the picture.
+        #[test]
+        fn a_shifted_camera_sees_what_is_beside(
+            x in -1.0..1.0f64, y in -1.0..1.0f64, slope in -1.0..1.0f64,
+        ) {
+            let camera = Camera::looking_at(DVec3::ZERO, DVec3::Z, 1.0, 32);
+            let aside = DVec2::new(x, y);
+            let point = DVec3::new(slope, -slope / 2.0, 1.0);
+            let beside = camera.shifted(aside).pixel_from_view(point) + aside;
+            prop_assert!(camera.pixel_from_view(point).distance(beside) < 1e-10);
         }
 
         /// A pixel taken to a point and back is the same pixel, off-axis extents included.

@@ -2,8 +2,9 @@
 
 use super::recording::Settings;
 use crate::voxels::Projection;
+use farfield_grid::Grid;
 use farfield_layers::LayerStack;
-use farfield_metrics::{gap_pixels, layer_indices};
+use farfield_metrics::{LayersSeen, NONE};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
 use farfield_views::Camera;
@@ -11,12 +12,19 @@ use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// From where is looked while something is open: from corners, edges and faces of the cell, and from
-/// within.
-const SOME: Range<u64> = 0..150;
+/// Rounds of looking: from some viewpoints at the middles of pixels, then from ten times sixty others
+/// between them as well.
+pub(super) const ROUNDS: u64 = 11;
 
-/// From where is looked when nothing is open any more.
-const MANY: Range<u64> = 150..750;
+/// Viewpoints of the first round: corners, edges and faces of the cell, and within.
+const FIRST: u64 = 150;
+
+/// Viewpoints of each of the others.
+const OTHERS: u64 = 60;
+
+/// How far beside the middles of pixels is looked along each axis, in pixels: holes that are narrower
+/// than a pixel are found from fewer viewpoints.
+const BETWEEN: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
 
 /// Of the viewpoints within: others than those from which bundles are verified.
 const SEED: u64 = 0x0062_616b_6564;
@@ -36,45 +44,107 @@ pub(super) struct Sights<'a> {
 impl Sights<'_> {
     /// Places in the warped grid where the scene covers a pixel and those around it, but the mesh shows
     /// nothing there, or what is behind.
-    pub(super) fn gaps(&self, positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
-        let from_some = self.gaps_from(SOME, positions, triangles);
-        match from_some.is_empty() {
-            true => self.gaps_from(MANY, positions, triangles),
-            false => from_some,
-        }
-    }
-
-    fn gaps_from(
+    ///
+    /// * `round` - from where is looked, below [`ROUNDS`]
+    pub(super) fn gaps(
         &self,
-        viewpoints: Range<u64>,
+        round: u64,
         positions: &[DVec3],
         triangles: &[[u32; 3]],
     ) -> Vec<Vec3> {
         let Settings {
             cell, hull, camera, ..
         } = self.settings;
+        let (viewpoints, beside) = match round {
+            0 => (0..FIRST, &[0.0][..]),
+            _ => (
+                FIRST + (round - 1) * OTHERS..FIRST + round * OTHERS,
+                &BETWEEN[..],
+            ),
+        };
         let center = hull.iter().sum::<DVec3>() / hull.len() as f64;
         let mesh = bare(positions, triangles, center);
         let mesh_textures = Textures::new(&mesh);
-        let borders = self.stack.borders();
         let of_view = |index| {
             let eye = cell.viewpoint(index, SEED);
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
-            let shown = rasterize(&mesh, &mesh_textures, &view).depth;
-            let [a, b] = [&original, &shown]
-                .map(|depth| layer_indices(depth, &view, &self.stack.pose, &borders));
-            let place = |[x, y]: [u32; 2]| {
-                let at = DVec2::new(f64::from(x), f64::from(y)) + 0.5;
-                let in_view = view.view_from_pixel(at, original[(x as usize, y as usize)]);
+            let farthest = farthest_of_nine(&original);
+            let aside = beside
+                .iter()
+                .flat_map(|y| beside.iter().map(|x| DVec2::new(*x, *y)));
+            let gaps = aside.flat_map(|aside| {
+                let shifted = view.shifted(aside);
+                let shown = rasterize(&mesh, &mesh_textures, &shifted).depth;
+                self.open(aside, [&view, &shifted], [&original, &shown], &farthest)
+            });
+            let place = |[x, y]: [usize; 2]| {
+                let in_view = view.view_from_pixel(middle([x, y]), original[(x, y)]);
                 let point = view.pose.point_in_world(in_view);
                 self.projection.place(point).as_vec3()
             };
-            gap_pixels(&a, &b, SLACK).into_iter().map(place).collect()
+            gaps.map(place).collect()
         };
         let views: Vec<Vec<Vec3>> = viewpoints.into_par_iter().map(of_view).collect();
         views.concat()
     }
+
+    /// Pixels in which a picture of the mesh, taken from a little aside, shows nothing or what is by more
+    /// layers than allowed behind all that the original shows around, if it is covered there.
+    fn open(
+        &self,
+        aside: DVec2,
+        cameras: [&Camera; 2],
+        [original, shown]: [&Grid<f64>; 2],
+        farthest: &Grid<f64>,
+    ) -> Vec<[usize; 2]> {
+        let borders = self.stack.borders();
+        let [of_original, of_shown] =
+            cameras.map(|camera| LayersSeen::new(camera, &self.stack.pose, &borders));
+        let is_gap = |[x, y]: &[usize; 2]| {
+            let seen = of_shown.at(middle([*x, *y]), shown[(*x, *y)]);
+            let around = around(*y, aside.y, original.height())
+                .flat_map(|y| around(*x, aside.x, original.width()).map(move |x| [x, y]));
+            let behind = around.map(|at| of_original.at(middle(at), original[(at[0], at[1])]));
+            let behind = behind.max().expect("a pixel is around itself");
+            behind != NONE && (seen == NONE || seen > behind + SLACK)
+        };
+        let pixels = (0..shown.height()).flat_map(|y| (0..shown.width()).map(move |x| [x, y]));
+        // What lies before the farthest around is no gap, and quick to tell.
+        let suspect = |[x, y]: &[usize; 2]| shown[(*x, *y)] > farthest[(*x, *y)];
+        pixels.filter(suspect).filter(is_gap).collect()
+    }
+}
+
+/// Pixels along an axis that reach to a pixel and a half from what is looked at in one of them.
+fn around(pixel: usize, aside: f64, count: usize) -> Range<usize> {
+    let before = if aside < 0.0 { 2 } else { 1 };
+    let behind = if aside > 0.0 { 2 } else { 1 };
+    pixel.saturating_sub(before)..(pixel + behind + 1).min(count)
+}
+
+/// Of each pixel and the eight around the greatest depth; infinite at the border, too.
+fn farthest_of_nine(depth: &Grid<f64>) -> Grid<f64> {
+    let (width, height) = (depth.width(), depth.height());
+    let mut farthest = Grid::filled(width, height, f64::INFINITY);
+    for y in 1..height.saturating_sub(1) {
+        let rows = [y - 1, y, y + 1].map(|y| depth.row(y));
+        let column = |x: usize| rows[0][x].max(rows[1][x]).max(rows[2][x]);
+        for (x, farthest) in farthest
+            .row_mut(y)
+            .iter_mut()
+            .enumerate()
+            .skip(1)
+            .take(width - 2)
+        {
+            *farthest = column(x - 1).max(column(x)).max(column(x + 1));
+        }
+    }
+    farthest
+}
+
+fn middle([x, y]: [usize; 2]) -> DVec2 {
+    DVec2::new(x as f64, y as f64) + 0.5
 }
 
 /// A mesh as a scene, seen from both sides, without textures.

@@ -4,7 +4,7 @@
 use super::Baked;
 use super::painter::{GUTTER, Painter, normals};
 use super::recording::{Layers, Settings, description, recording_camera};
-use super::sights::Sights;
+use super::sights::{ROUNDS, Sights};
 use super::voxelize::{Voxels, voxelize};
 use crate::console::Console;
 use crate::parts::Part;
@@ -129,7 +129,7 @@ pub(super) fn bake(
 
 /// Triangles of the initial mesh, the simplified one, and its vertices in the world. Whatever opens as
 /// both are no exact copies of the surface is found by looking, and made again exactly, until nothing
-/// is open.
+/// is open from anywhere that is looked from.
 fn closed_mesh(
     voxels: &VoxelLayers<'_>,
     points: &[Vec3],
@@ -139,7 +139,9 @@ fn closed_mesh(
     console: &Console,
 ) -> (u64, Mesh, Vec<DVec3>) {
     let mut fixed = BTreeSet::new();
-    let mut rounds = 0;
+    // From where is looked next, and from how many rounds in a row all was closed.
+    let (mut round, mut closed) = (0, 0);
+    let mut attempts = 0;
     loop {
         let fixed_before: Vec<u32> = fixed.iter().copied().collect();
         let initial = console.stage("connect", || {
@@ -148,15 +150,22 @@ fn closed_mesh(
         let simple = console.stage("simplify", || simplify(&initial, voxels, enlarged).mesh);
         let place = |p: &Vec3| sights.projection.point_in_world(p.as_dvec3());
         let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
-        let gaps = console.stage("look through", || sights.gaps(&world, &simple.triangles));
         // Where gaps open again and again, farther and farther around them.
-        let reach = AROUND_GAPS * 2f32.powi(rounds / 4);
+        let reach = AROUND_GAPS * 2f32.powi(attempts / 4);
         let around = |gap: &Vec3| index.near(*gap, reach).map(|(voxel, _)| voxel);
-        fixed.extend(gaps.iter().flat_map(around));
+        console.stage("look through", || {
+            while closed < ROUNDS && fixed.len() == fixed_before.len() {
+                let gaps = sights.gaps(round, &world, &simple.triangles);
+                fixed.extend(gaps.iter().flat_map(around));
+                (round, closed) = ((round + 1) % ROUNDS, closed + 1);
+            }
+        });
         if fixed.len() == fixed_before.len() {
             return (initial.triangles.len() as u64, simple, world);
         }
-        rounds += 1;
+        attempts += 1;
+        // Seen from there, more may be open.
+        (round, closed) = ((round + ROUNDS - 1) % ROUNDS, 0);
     }
 }
 
