@@ -6,9 +6,9 @@ use crate::joints::Joints;
 use crate::mesh::{join, root};
 use crate::reach::{Gap, Light};
 use crate::touch::Target;
-use crate::{Cuboid, Hold, Mesh, VoxelLayers};
+use crate::{Cuboid, Fixed, Hold, Mesh, VoxelLayers};
 use glam::Vec3;
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 /// No vertex.
 const NONE: u32 = u32::MAX;
@@ -42,7 +42,7 @@ const NONE: u32 = u32::MAX;
 ///
 /// * `points` - a point of the surface in each voxel; voxels' centres will do, but the mesh then has
 ///   steps half a voxel high
-/// * `fixed` - voxels whose faces stay where voxels meet, here and when the mesh is simplified
+/// * `fixed` - where faces stay where voxels meet, here and when the mesh is simplified
 /// * `enlarged` - side of a voxel, in voxels, when it is asked whether a triangle touches it; at least 1
 ///
 /// Takes time and memory in proportion to voxels, but for looking them up, where it takes memory for
@@ -54,7 +54,7 @@ const NONE: u32 = u32::MAX;
 pub fn initial_mesh(
     voxels: &VoxelLayers<'_>,
     points: &[Vec3],
-    fixed: &[u32],
+    fixed: &Fixed,
     enlarged: f32,
 ) -> Mesh {
     let light = Light::new(voxels);
@@ -67,7 +67,10 @@ pub fn initial_mesh(
     let borders = borders(&faces, &corners, count, voxels, &light);
     let mut positions = midst(&faces, &flaps, &corners, &steps, points, &borders);
     let mut holds: Vec<Hold> = borders.iter().map(|border| border.hold()).collect();
-    for vertex in of_voxels(fixed, &faces, &corners) {
+    let mut stay = of_voxels(&fixed.borders, &faces, &corners);
+    stay.retain(|vertex| holds[*vertex as usize] != Hold::Free);
+    stay.extend(of_voxels(&fixed.wholly, &faces, &corners));
+    for vertex in stay {
         positions[vertex as usize] = steps[vertex as usize];
         holds[vertex as usize] = Hold::Exactly;
     }
@@ -182,8 +185,7 @@ fn midst(
 }
 
 /// The vertices of the faces of some voxels.
-fn of_voxels(voxels: &[u32], faces: &[Face], corners: &[[u32; 4]]) -> Vec<u32> {
-    let chosen: HashSet<u32> = voxels.iter().copied().collect();
+fn of_voxels(chosen: &BTreeSet<u32>, faces: &[Face], corners: &[[u32; 4]]) -> Vec<u32> {
     let shows = |(face, _): &(&Face, &[u32; 4])| face.voxels.iter().any(|v| chosen.contains(v));
     let of_chosen = faces.iter().zip(corners).filter(shows);
     of_chosen.flat_map(|(_, vertices)| *vertices).collect()
@@ -456,7 +458,7 @@ mod tests {
                 true => blob.points(),
                 false => blob.centers(),
             };
-            let mesh = initial_mesh(&layers, &points, &[], enlarged);
+            let mesh = initial_mesh(&layers, &points, &Fixed::default(), enlarged);
             let boxes = layers.boxes(enlarged);
             let mut stood_for = vec![false; boxes.len()];
             for (triangle, voxels) in mesh.triangles.iter().zip(&mesh.voxels) {
@@ -506,7 +508,7 @@ mod tests {
                     prop_assert!(is_apart || in_mesh == *other);
                 }
             }
-            let mesh = initial_mesh(&blob.layers(), &blob.centers(), &[], 1.5);
+            let mesh = initial_mesh(&blob.layers(), &blob.centers(), &Fixed::default(), 1.5);
             let mut around = vec![Vec::new(); mesh.positions.len()];
             for t in &mesh.triangles {
                 for i in 0..3 {
@@ -534,7 +536,7 @@ mod tests {
         let blob = blob.reached_where(|x, _, l| usize::from(x) >= l);
         let on_slope = |center: &Vec3| center.with_z(center.x);
         let points: Vec<Vec3> = blob.centers().iter().map(on_slope).collect();
-        let mesh = initial_mesh(&blob.layers(), &points, &[], 1.5);
+        let mesh = initial_mesh(&blob.layers(), &points, &Fixed::default(), 1.5);
         let edges = edges(&mesh);
         assert!(edges.values().all(|count| *count <= 2));
         // Vertices less edges plus faces: a disk.

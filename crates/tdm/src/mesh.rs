@@ -2,6 +2,7 @@
 
 use farfield_grid::BitMask;
 use glam::Vec3;
+use std::collections::BTreeSet;
 
 /// The voxels that can be seen: texels of layers, front to back.
 ///
@@ -92,6 +93,16 @@ pub enum Hold {
     Near,
     /// The mesh must go on to pass it.
     Exactly,
+}
+
+/// Voxels at which a mesh stays exactly where voxels meet, however it is simplified: closed, at the
+/// price of triangles.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fixed {
+    /// Those at which only borders and folds stay.
+    pub borders: BTreeSet<u32>,
+    /// Those at which all does.
+    pub wholly: BTreeSet<u32>,
 }
 
 /// Number of pieces of a mesh that do not hang together over vertices.

@@ -461,8 +461,8 @@ const ROUNDING: f32 = 1e-5;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::initial_mesh;
     use crate::testing::blobs;
+    use crate::{Fixed, initial_mesh};
     use farfield_grid::BitMask;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
@@ -487,9 +487,12 @@ mod tests {
         /// keeps its pieces and holes; what is simplified is simple.
         #[test]
         fn no_voxel_is_lost(
-            blob in blobs(), fixed in prop::collection::vec(0..40u32, 0..4), enlarged in 1.0..2.0f32,
+            blob in blobs(), enlarged in 1.0..2.0f32,
+            borders in prop::collection::btree_set(0..40u32, 0..4),
+            wholly in prop::collection::btree_set(0..40u32, 0..4),
         ) {
             let (layers, points) = (blob.layers(), blob.points());
+            let fixed = Fixed { borders, wholly };
             let mesh = initial_mesh(&layers, &points, &fixed, enlarged);
             let boxes = layers.boxes(enlarged);
             let found = simplify(&mesh, &layers, enlarged);
@@ -526,7 +529,7 @@ mod tests {
         fn borders_stay_in_voxels(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
             let boxes = layers.boxes(enlarged);
-            let mesh = initial_mesh(&layers, &blob.points(), &[], enlarged);
+            let mesh = initial_mesh(&layers, &blob.points(), &Fixed::default(), enlarged);
             let simple = simplify(&mesh, &layers, enlarged).mesh;
             let places = |mesh: &Mesh, ends: [u32; 2]| ends.map(|v| mesh.positions[v as usize]);
             let at_first: Vec<[Vec3; 2]> = edges(&mesh).keys().map(|ends| places(&mesh, *ends)).collect();
@@ -577,7 +580,7 @@ mod tests {
             borders: &borders,
         };
         let centers: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
-        let mesh = initial_mesh(&voxels, &centers, &[], 1.5);
+        let mesh = initial_mesh(&voxels, &centers, &Fixed::default(), 1.5);
         let found = simplify(&mesh, &voxels, 1.5);
         (mesh.triangles.len(), found.mesh.triangles.len())
     }

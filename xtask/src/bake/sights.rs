@@ -83,7 +83,9 @@ impl Sights<'_> {
                 let point = view.pose.point_in_world(in_view);
                 self.projection.place(point).as_vec3()
             };
-            gaps.map(place).collect()
+            // What hides there may have shrunk, as may what is hidden.
+            let gaps = gaps.flat_map(nine).map(place);
+            gaps.collect()
         };
         let views: Vec<Vec<Vec3>> = viewpoints.into_par_iter().map(of_view).collect();
         views.concat()
@@ -141,6 +143,11 @@ fn farthest_of_nine(depth: &Grid<f64>) -> Grid<f64> {
         }
     }
     farthest
+}
+
+/// A pixel and the eight around it.
+fn nine([x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
+    (y - 1..=y + 1).flat_map(move |y| (x - 1..=x + 1).map(move |x| [x, y]))
 }
 
 fn middle([x, y]: [usize; 2]) -> DVec2 {

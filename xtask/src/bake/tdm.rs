@@ -16,9 +16,11 @@ use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
 use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
-use farfield_tdm::{Chart, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify};
+use farfield_tdm::{
+    Chart, Fixed, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify,
+};
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bakes one textured depth mesh of a part of the scene that the textures are of; `None` where nothing
 /// of it can be seen.
@@ -138,39 +140,53 @@ fn closed_mesh(
     enlarged: f32,
     console: &Console,
 ) -> (u64, Mesh, Vec<DVec3>) {
-    let mut fixed = BTreeSet::new();
+    let (mut fixed, mut opened) = (Fixed::default(), BTreeMap::new());
     // From where is looked next, and from how many rounds in a row all was closed.
     let (mut round, mut closed) = (0, 0);
-    let mut attempts = 0;
     loop {
-        let fixed_before: Vec<u32> = fixed.iter().copied().collect();
-        let initial = console.stage("connect", || {
-            initial_mesh(voxels, points, &fixed_before, enlarged)
-        });
+        let before = fixed.clone();
+        let initial = console.stage("connect", || initial_mesh(voxels, points, &fixed, enlarged));
         let simple = console.stage("simplify", || simplify(&initial, voxels, enlarged).mesh);
         let place = |p: &Vec3| sights.projection.point_in_world(p.as_dvec3());
         let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
-        // Where gaps open again and again, farther and farther around them.
-        let reach = AROUND_GAPS * 2f32.powi(attempts / 4);
-        let around = |gap: &Vec3| index.near(*gap, reach).map(|(voxel, _)| voxel);
         console.stage("look through", || {
-            while closed < ROUNDS && fixed.len() == fixed_before.len() {
+            while closed < ROUNDS && fixed == before {
                 let gaps = sights.gaps(round, &world, &simple.triangles);
-                fixed.extend(gaps.iter().flat_map(around));
+                fix(&mut fixed, &mut opened, &gaps, index);
                 (round, closed) = ((round + 1) % ROUNDS, closed + 1);
             }
         });
-        if fixed.len() == fixed_before.len() {
+        if fixed == before {
             return (initial.triangles.len() as u64, simple, world);
         }
-        attempts += 1;
-        // Seen from there, more may be open.
+        // From there more may be open still.
         (round, closed) = ((round + ROUNDS - 1) % ROUNDS, 0);
     }
 }
 
-/// Where one could look through a mesh, it is kept as it is this far around, in voxels.
-const AROUND_GAPS: Vec3 = Vec3::splat(1.0);
+/// Within how many voxels of gaps that open again and again all is fixed.
+const FARTHEST: u32 = 3;
+
+/// Fixes a mesh around gaps: borders first, then all, and where gaps open again farther around them.
+///
+/// * `opened` - voxels beside gaps, and how often they have been
+fn fix(fixed: &mut Fixed, opened: &mut BTreeMap<u32, u32>, gaps: &[Vec3], index: &VoxelIndex) {
+    let near = |gap: Vec3, reach: f32| index.near(gap, Vec3::splat(reach)).map(|(voxel, _)| voxel);
+    let mut beside = BTreeSet::new();
+    for gap in gaps {
+        let times = near(*gap, 1.0).filter_map(|voxel| opened.get(&voxel)).max();
+        match times {
+            None => fixed.borders.extend(near(*gap, 1.0)),
+            Some(times) => fixed
+                .wholly
+                .extend(near(*gap, (*times).min(FARTHEST) as f32)),
+        }
+        beside.extend(near(*gap, 1.0));
+    }
+    for voxel in beside {
+        *opened.entry(voxel).or_insert(0) += 1;
+    }
+}
 
 /// What is displayed: one object, one mesh, an opaque, unlit material a page, seen from both sides, as
 /// a simplified triangle can face away where the surface is seen edge-on.
