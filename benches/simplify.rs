@@ -3,7 +3,7 @@
 
 use crate::models::{self, Model};
 use farfield_sampling::Textures;
-use farfield_tdm::{Mesh, VoxelLayers, initial_mesh, simplify, touched};
+use farfield_tdm::{Fixed, Mesh, VoxelLayers, initial_mesh, simplify, touched};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 use std::time::Instant;
 use xtask::{Console, peak_rss_bytes, voxelize};

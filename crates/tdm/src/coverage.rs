@@ -40,7 +40,7 @@ pub fn touched(
 mod tests {
     use super::*;
     use crate::testing::blobs;
-    use crate::{initial_mesh, simplify};
+    use crate::{Fixed, initial_mesh, simplify};
     use proptest::prelude::*;
 
     proptest! {

@@ -1,7 +1,7 @@
 //! Grids as odd as they come: a mesh that touches all that is seen, or none.
 
 use farfield_grid::BitMask;
-use farfield_tdm::{Mesh, VoxelLayers, charts, initial_mesh, simplify, touched};
+use farfield_tdm::{Fixed, Mesh, VoxelLayers, charts, initial_mesh, simplify, touched};
 use glam::Vec3;
 
 /// Side of an enlarged voxel, in voxels.

@@ -117,7 +117,7 @@ fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
 pub(crate) mod tests {
     use super::*;
     use crate::testing::blobs;
-    use crate::{Mesh, initial_mesh, simplify};
+    use crate::{Fixed, Mesh, initial_mesh, simplify};
     use farfield_grid::BitMask;
     use proptest::prelude::*;
     use std::collections::{BTreeMap, BTreeSet};
