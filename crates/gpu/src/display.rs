@@ -1,0 +1,205 @@
+//! Pictures of scenes, into images and into windows.
+
+use crate::pictures::{Targets, check_size, depth_target, draw, pipelines, target};
+use crate::readback::{BATCH, Readback, bytes_of};
+use crate::scene::GpuScene;
+use crate::{Draws, Gpu, GpuError, Lighting, geometry::PIPELINES, shaders};
+use farfield_grid::Grid;
+use farfield_views::Camera;
+use wgpu::{BufferUsages, RenderPipeline, TextureFormat, TextureView};
+
+/// What a camera sees.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// RGBA, colours in sRGB; alpha is 255 where something is seen, else all is 0.
+    pub pixels: Grid<[u8; 4]>,
+    /// Milliseconds from the first to the last thing that the GPU did for it; `None` where the
+    /// adapter does not tell.
+    pub gpu_milliseconds: Option<f64>,
+}
+
+/// Draws scenes in colour.
+#[derive(Debug)]
+pub struct Display {
+    pipelines: [RenderPipeline; PIPELINES],
+    format: TextureFormat,
+}
+
+impl Display {
+    /// What pictures that are read back are made of.
+    pub const OFFSCREEN: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+
+    /// Compiles the shaders for targets of a format, which should be an sRGB one: colours are
+    /// written as linear light.
+    ///
+    /// # Errors
+    ///
+    /// When the driver does not, or the device was lost.
+    pub fn new(gpu: &Gpu, format: TextureFormat) -> Result<Self, GpuError> {
+        gpu.guarded(|| {
+            Ok(Self {
+                pipelines: pipelines(gpu, &shaders::display(), &[format]),
+                format,
+            })
+        })
+    }
+
+    /// Draws what a camera sees into a texture of the camera's size and the display's format, and
+    /// does not wait for it.
+    ///
+    /// Lit materials show diffuse light only, unlit ones their base colour; textures are filtered
+    /// between levels of detail; masks and back faces are as [`crate::IdBuffers::see`] has them.
+    ///
+    /// # Errors
+    ///
+    /// When the target is of another size or format, the device's memory does not suffice, or it
+    /// was lost.
+    ///
+    /// # Panics
+    ///
+    /// When the camera has no pixels.
+    pub fn draw(
+        &self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        draws: &Draws,
+        camera: &Camera,
+        light: &Lighting,
+        target: &TextureView,
+    ) -> Result<(), GpuError> {
+        gpu.guarded(|| {
+            check_size(gpu, camera)?;
+            let depth = depth_target(gpu, [camera.width, camera.height]);
+            let picture = scene.picture(gpu, camera, Some(light))?;
+            let mut encoder = gpu.device().create_command_encoder(&Default::default());
+            let targets = Targets {
+                colors: &[(target, wgpu::Color::TRANSPARENT)],
+                depth: &depth,
+                times: None,
+            };
+            draw(&mut encoder, &self.pipelines, scene, draws, &picture, &targets);
+            gpu.queue().submit([encoder.finish()]);
+            Ok(())
+        })
+    }
+
+    /// Pictures of what cameras see, in their order.
+    ///
+    /// # Errors
+    ///
+    /// When a picture is larger than the device takes, its memory does not suffice, or it was lost.
+    ///
+    /// # Panics
+    ///
+    /// When a camera has no pixels, or the display's format is not [`Self::OFFSCREEN`].
+    pub fn pictures(
+        &self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        draws: &Draws,
+        cameras: &[Camera],
+        light: &Lighting,
+    ) -> Result<Vec<Picture>, GpuError> {
+        assert_eq!(self.format, Self::OFFSCREEN, "only this format is read back");
+        let bytes = |camera: &Camera| {
+            // And a row for its times.
+            bytes_of([camera.width, camera.height], 4) + bytes_of([1, 1], 4)
+        };
+        let mut pictures = Vec::with_capacity(cameras.len());
+        let mut rest = cameras;
+        while !rest.is_empty() {
+            let mut size = 0;
+            let fits = |camera: &&Camera| {
+                size += bytes(camera);
+                size <= BATCH
+            };
+            let count = rest.iter().take_while(fits).count().max(1);
+            let (batch, others) = rest.split_at(count);
+            let size = batch.iter().map(bytes).sum();
+            pictures.extend(gpu.guarded(|| self.batch(gpu, scene, draws, batch, light, size))?);
+            rest = others;
+        }
+        Ok(pictures)
+    }
+
+    fn batch(
+        &self,
+        gpu: &Gpu,
+        scene: &GpuScene,
+        draws: &Draws,
+        cameras: &[Camera],
+        light: &Lighting,
+        bytes: u64,
+    ) -> Result<Vec<Picture>, GpuError> {
+        let mut readback = Readback::new(gpu, bytes)?;
+        let mut encoder = gpu.device().create_command_encoder(&Default::default());
+        let clock = gpu.has_timestamps().then(|| Clock::new(gpu));
+        let mut slots = Vec::with_capacity(cameras.len());
+        for same_size in cameras.chunk_by(|a, b| (a.width, a.height) == (b.width, b.height)) {
+            check_size(gpu, &same_size[0])?;
+            let size = [same_size[0].width, same_size[0].height];
+            let color = target(gpu, size, self.format);
+            let view = color.create_view(&Default::default());
+            let depth = depth_target(gpu, size);
+            let targets = Targets {
+                colors: &[(&view, wgpu::Color::TRANSPARENT)],
+                depth: &depth,
+                times: clock.as_ref().map(|clock| &clock.queries),
+            };
+            for camera in same_size {
+                let picture = scene.picture(gpu, camera, Some(light))?;
+                draw(&mut encoder, &self.pipelines, scene, draws, &picture, &targets);
+                let pixels = readback.take(&mut encoder, &color);
+                let times = clock.as_ref().map(|clock| {
+                    encoder.resolve_query_set(&clock.queries, 0..2, &clock.times, 0);
+                    readback.take_buffer(&mut encoder, &clock.times)
+                });
+                slots.push((pixels, times));
+            }
+        }
+        gpu.queue().submit([encoder.finish()]);
+        let mapped = readback.read(gpu)?;
+        let period = f64::from(gpu.queue().get_timestamp_period());
+        let picture = |(camera, (pixels, times)): (&Camera, (_, Option<_>))| {
+            let rows = mapped.rows(pixels).flat_map(bytemuck::cast_slice::<u8, [u8; 4]>);
+            let milliseconds = |times: Vec<u64>| times[1].saturating_sub(times[0]) as f64 * period / 1e6;
+            let times = times.map(|slot| {
+                let bytes = mapped.rows(slot).flatten().copied().collect::<Vec<u8>>();
+                milliseconds(bytemuck::pod_collect_to_vec(&bytes))
+            });
+            Picture {
+                pixels: Grid::from_cells(
+                    camera.width as usize,
+                    camera.height as usize,
+                    rows.copied().collect(),
+                ),
+                gpu_milliseconds: times,
+            }
+        };
+        Ok(cameras.iter().zip(slots).map(picture).collect())
+    }
+}
+
+/// Tells how long a pass takes.
+struct Clock {
+    queries: wgpu::QuerySet,
+    /// Two times of 8 bytes.
+    times: wgpu::Buffer,
+}
+
+impl Clock {
+    fn new(gpu: &Gpu) -> Self {
+        let queries = gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
+            label: None,
+            ty: wgpu::QueryType::Timestamp,
+            count: 2,
+        });
+        let times = gpu.device().create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: 16,
+            usage: BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        Self { queries, times }
+    }
+}

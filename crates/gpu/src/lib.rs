@@ -1,0 +1,27 @@
+#![doc = include_str!("../README.md")]
+
+mod device;
+
+mod camera;
+mod geometry;
+mod levels;
+mod scene;
+mod shaders;
+
+mod pictures;
+mod readback;
+
+mod display;
+mod ids;
+
+pub use device::{Gpu, GpuError};
+
+pub use geometry::Draws;
+pub use scene::GpuScene;
+
+pub use camera::Lighting;
+
+pub use display::{Display, Picture};
+pub use ids::{IdBuffers, NONE, Seen};
+
+pub use wgpu;
