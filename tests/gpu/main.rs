@@ -1,1 +1,6 @@
+//! The GPU backend against the CPU's pictures, which are the reference.
 
+mod display;
+mod errors;
+mod ids;
+mod setup;

@@ -75,10 +75,7 @@ pub(crate) fn placement(camera: &Camera, world_from_mesh: &DAffine3, middle: DVe
         .point_in_view(world_from_mesh.transform_point3(middle));
     let row = |axis: usize| linear.row(axis).extend(middle[axis]);
     let (x, y, depth) = (row(0), row(1), row(2));
-    let (size, twice_center) = (
-        camera.extent.size(),
-        camera.extent.min + camera.extent.max,
-    );
+    let (size, twice_center) = (camera.extent.size(), camera.extent.min + camera.extent.max);
     let single = |row: DVec4| Vec4::to_array(&row.as_vec4());
     Placement {
         x: single((x * 2.0 - depth * twice_center.x) / size.x),

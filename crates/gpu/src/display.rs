@@ -1,7 +1,7 @@
 //! Pictures of scenes, into images and into windows.
 
 use crate::pictures::{Targets, check_size, depth_target, draw, pipelines, target};
-use crate::readback::{BATCH, Readback, bytes_of};
+use crate::readback::{Readback, batches, bytes_of};
 use crate::scene::GpuScene;
 use crate::{Draws, Gpu, GpuError, Lighting, geometry::PIPELINES, shaders};
 use farfield_grid::Grid;
@@ -77,7 +77,14 @@ impl Display {
                 depth: &depth,
                 times: None,
             };
-            draw(&mut encoder, &self.pipelines, scene, draws, &picture, &targets);
+            draw(
+                &mut encoder,
+                &self.pipelines,
+                scene,
+                draws,
+                &picture,
+                &targets,
+            );
             gpu.queue().submit([encoder.finish()]);
             Ok(())
         })
@@ -100,24 +107,18 @@ impl Display {
         cameras: &[Camera],
         light: &Lighting,
     ) -> Result<Vec<Picture>, GpuError> {
-        assert_eq!(self.format, Self::OFFSCREEN, "only this format is read back");
+        assert_eq!(
+            self.format,
+            Self::OFFSCREEN,
+            "only this format is read back"
+        );
         let bytes = |camera: &Camera| {
             // And a row for its times.
             bytes_of([camera.width, camera.height], 4) + bytes_of([1, 1], 4)
         };
         let mut pictures = Vec::with_capacity(cameras.len());
-        let mut rest = cameras;
-        while !rest.is_empty() {
-            let mut size = 0;
-            let fits = |camera: &&Camera| {
-                size += bytes(camera);
-                size <= BATCH
-            };
-            let count = rest.iter().take_while(fits).count().max(1);
-            let (batch, others) = rest.split_at(count);
-            let size = batch.iter().map(bytes).sum();
-            pictures.extend(gpu.guarded(|| self.batch(gpu, scene, draws, batch, light, size))?);
-            rest = others;
+        for (batch, bytes) in batches(cameras, bytes) {
+            pictures.extend(gpu.guarded(|| self.batch(gpu, scene, draws, batch, light, bytes))?);
         }
         Ok(pictures)
     }
@@ -148,7 +149,14 @@ impl Display {
             };
             for camera in same_size {
                 let picture = scene.picture(gpu, camera, Some(light))?;
-                draw(&mut encoder, &self.pipelines, scene, draws, &picture, &targets);
+                draw(
+                    &mut encoder,
+                    &self.pipelines,
+                    scene,
+                    draws,
+                    &picture,
+                    &targets,
+                );
                 let pixels = readback.take(&mut encoder, &color);
                 let times = clock.as_ref().map(|clock| {
                     encoder.resolve_query_set(&clock.queries, 0..2, &clock.times, 0);
@@ -161,8 +169,11 @@ impl Display {
         let mapped = readback.read(gpu)?;
         let period = f64::from(gpu.queue().get_timestamp_period());
         let picture = |(camera, (pixels, times)): (&Camera, (_, Option<_>))| {
-            let rows = mapped.rows(pixels).flat_map(bytemuck::cast_slice::<u8, [u8; 4]>);
-            let milliseconds = |times: Vec<u64>| times[1].saturating_sub(times[0]) as f64 * period / 1e6;
+            let rows = mapped
+                .rows(pixels)
+                .flat_map(bytemuck::cast_slice::<u8, [u8; 4]>);
+            let milliseconds =
+                |times: Vec<u64>| times[1].saturating_sub(times[0]) as f64 * period / 1e6;
             let times = times.map(|slot| {
                 let bytes = mapped.rows(slot).flatten().copied().collect::<Vec<u8>>();
                 milliseconds(bytemuck::pod_collect_to_vec(&bytes))

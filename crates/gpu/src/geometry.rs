@@ -121,7 +121,10 @@ pub(crate) fn restricted(runs: &[Run], triangles: &[[u32; 4]], ranges: &[Range<u
             continue;
         };
         let begin = ranges.partition_point(|range| range.end <= first[3]);
-        for range in ranges[begin..].iter().take_while(|range| range.start <= last[3]) {
+        for range in ranges[begin..]
+            .iter()
+            .take_while(|range| range.start <= last[3])
+        {
             let [start, end] = [range.start, range.end]
                 .map(|at| run.triangles.start + ids.partition_point(|t| t[3] < at) as u32);
             if start < end {

@@ -1,7 +1,7 @@
 //! Which object and which triangle each pixel sees, and how far away.
 
 use crate::pictures::{Targets, check_size, depth_target, draw, pipelines, target};
-use crate::readback::{BATCH, Mapped, Readback, Slot, bytes_of};
+use crate::readback::{Mapped, Readback, Slot, batches, bytes_of};
 use crate::scene::GpuScene;
 use crate::{Draws, Gpu, GpuError, geometry::PIPELINES, shaders};
 use farfield_grid::Grid;
@@ -74,18 +74,8 @@ impl IdBuffers {
             BYTES_PER_PIXEL.iter().map(|b| bytes_of(size, *b)).sum()
         };
         let mut seen = Vec::with_capacity(cameras.len());
-        let mut rest = cameras;
-        while !rest.is_empty() {
-            let mut size = 0;
-            let fits = |camera: &&Camera| {
-                size += bytes(camera);
-                size <= BATCH
-            };
-            let count = rest.iter().take_while(fits).count().max(1);
-            let (batch, others) = rest.split_at(count);
-            let size = batch.iter().map(bytes).sum();
-            seen.extend(gpu.guarded(|| self.see_batch(gpu, scene, draws, batch, size))?);
-            rest = others;
+        for (batch, bytes) in batches(cameras, bytes) {
+            seen.extend(gpu.guarded(|| self.see_batch(gpu, scene, draws, batch, bytes))?);
         }
         Ok(seen)
     }
@@ -105,7 +95,9 @@ impl IdBuffers {
             check_size(gpu, &same_size[0])?;
             let size = [same_size[0].width, same_size[0].height];
             let textures = [IDS, DEPTHS].map(|format| target(gpu, size, format));
-            let views = textures.each_ref().map(|t| t.create_view(&Default::default()));
+            let views = textures
+                .each_ref()
+                .map(|t| t.create_view(&Default::default()));
             let depth = depth_target(gpu, size);
             let all = |value: f64| Color {
                 r: value,
@@ -124,14 +116,23 @@ impl IdBuffers {
             };
             for camera in same_size {
                 let picture = scene.picture(gpu, camera, None)?;
-                draw(&mut encoder, &self.pipelines, scene, draws, &picture, &targets);
+                draw(
+                    &mut encoder,
+                    &self.pipelines,
+                    scene,
+                    draws,
+                    &picture,
+                    &targets,
+                );
                 slots.push(textures.each_ref().map(|t| readback.take(&mut encoder, t)));
             }
         }
         gpu.queue().submit([encoder.finish()]);
         let mapped = readback.read(gpu)?;
         let pictures = cameras.iter().zip(slots);
-        Ok(pictures.map(|(camera, slots)| seen(camera, &mapped, slots)).collect())
+        Ok(pictures
+            .map(|(camera, slots)| seen(camera, &mapped, slots))
+            .collect())
     }
 }
 
@@ -144,7 +145,9 @@ fn seen(camera: &Camera, mapped: &Mapped, [ids, depths]: [Slot; 2]) -> Seen {
         objects.extend(row.iter().map(|ids| ids[0]));
         triangles.extend(row.iter().map(|ids| ids[1]));
     }
-    let depths = mapped.rows(depths).flat_map(bytemuck::cast_slice::<u8, f32>);
+    let depths = mapped
+        .rows(depths)
+        .flat_map(bytemuck::cast_slice::<u8, f32>);
     Seen {
         depth: Grid::from_cells(width, height, depths.copied().collect()),
         objects: Grid::from_cells(width, height, objects),

@@ -117,10 +117,14 @@ mod tests {
 
     #[test]
     fn invisible_colours_do_not_bleed_and_light_is_averaged() {
-        let leaf = image(2, 2, |x, _| [[0, 255, 0, 255], [255, 0, 255, 0]][x as usize]);
+        let leaf = image(2, 2, |x, _| {
+            [[0, 255, 0, 255], [255, 0, 255, 0]][x as usize]
+        });
         let level = &coarser_levels(&leaf, Encoding::Srgb)[0];
         assert_eq!(level.texels, [[0, 255, 0, 128]]);
-        let board = image(2, 2, |x, y| [[0, 0, 0, 255], [255; 4]][((x + y) % 2) as usize]);
+        let board = image(2, 2, |x, y| {
+            [[0, 0, 0, 255], [255; 4]][((x + y) % 2) as usize]
+        });
         // Half the light is 188 of 255 in sRGB.
         let level = &coarser_levels(&board, Encoding::Srgb)[0];
         assert_eq!(level.texels, [[188, 188, 188, 255]]);

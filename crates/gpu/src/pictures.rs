@@ -28,7 +28,10 @@ pub(crate) fn pipelines(
         ],
         ..Default::default()
     });
-    let targets: Vec<_> = targets.iter().map(|format| Some((*format).into())).collect();
+    let targets: Vec<_> = targets
+        .iter()
+        .map(|format| Some((*format).into()))
+        .collect();
     std::array::from_fn(|number| {
         let (masked, double_sided) = (number / 2 == 1, number % 2 == 1);
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -92,7 +95,10 @@ pub(crate) fn depth_target(gpu: &Gpu, size: [u32; 2]) -> TextureView {
 /// An error if a camera's picture has no pixels or more than the device takes.
 pub(crate) fn check_size(gpu: &Gpu, camera: &Camera) -> Result<(), GpuError> {
     let (width, height) = (camera.width, camera.height);
-    assert!(width > 0 && height > 0, "a picture of {width} x {height} pixels is empty");
+    assert!(
+        width > 0 && height > 0,
+        "a picture of {width} x {height} pixels is empty"
+    );
     let what = || format!("the longer side of a picture of {width} x {height} pixels");
     let side = u64::from(width.max(height));
     gpu.check_limit(what, side, "max_texture_dimension_2d", |limits| {
@@ -141,11 +147,13 @@ pub(crate) fn draw(
             }),
             stencil_ops: None,
         }),
-        timestamp_writes: targets.times.map(|query_set| wgpu::RenderPassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        }),
+        timestamp_writes: targets
+            .times
+            .map(|query_set| wgpu::RenderPassTimestampWrites {
+                query_set,
+                beginning_of_pass_write_index: Some(0),
+                end_of_pass_write_index: Some(1),
+            }),
         occlusion_query_set: None,
         multiview_mask: None,
     });

@@ -1,11 +1,34 @@
 //! What was drawn, back from the GPU: many textures with one wait.
 
 use crate::{Gpu, GpuError};
+use farfield_views::Camera;
 use std::sync::mpsc;
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Texture};
 
 /// Pictures are drawn and read back in batches of at most so many bytes.
-pub(crate) const BATCH: u64 = 128 << 20;
+const BATCH: u64 = 128 << 20;
+
+/// Runs of cameras whose pictures are read back together, with their bytes; a camera whose picture
+/// is larger than that comes alone.
+pub(crate) fn batches(
+    cameras: &[Camera],
+    bytes: impl Fn(&Camera) -> u64,
+) -> impl Iterator<Item = (&[Camera], u64)> {
+    let mut rest = cameras;
+    std::iter::from_fn(move || {
+        let mut total = bytes(rest.first()?);
+        let mut count = 1;
+        while let Some(next) = rest.get(count)
+            && total + bytes(next) <= BATCH
+        {
+            total += bytes(next);
+            count += 1;
+        }
+        let (batch, others) = rest.split_at(count);
+        rest = others;
+        Some((batch, total))
+    })
+}
 
 /// A place for textures in the memory that both sides see.
 #[derive(Debug)]
@@ -35,7 +58,9 @@ fn padded(row: u32) -> u32 {
 impl Readback {
     pub(crate) fn new(gpu: &Gpu, bytes: u64) -> Result<Self, GpuError> {
         let what = || "the size of a picture in bytes".to_owned();
-        gpu.check_limit(what, bytes, "max_buffer_size", |limits| limits.max_buffer_size)?;
+        gpu.check_limit(what, bytes, "max_buffer_size", |limits| {
+            limits.max_buffer_size
+        })?;
         let buffer = gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: bytes,
@@ -93,7 +118,9 @@ impl Readback {
         });
         gpu.wait()?;
         let failed = |reason: String| GpuError::Failed { reason };
-        let mapped = receiver.try_recv().map_err(|error| failed(error.to_string()))?;
+        let mapped = receiver
+            .try_recv()
+            .map_err(|error| failed(error.to_string()))?;
         mapped.map_err(|error| failed(error.to_string()))?;
         let bytes = slice.get_mapped_range();
         let bytes = bytes.map_err(|error| failed(error.to_string()))?;
@@ -112,6 +139,7 @@ impl Mapped {
     pub(crate) fn rows(&self, slot: Slot) -> impl Iterator<Item = &[u8]> {
         let bytes = &self.bytes[slot.offset as usize..];
         let rows = bytes.chunks(slot.padded_row as usize);
-        rows.take(slot.rows as usize).map(move |row| &row[..slot.row as usize])
+        rows.take(slot.rows as usize)
+            .map(move |row| &row[..slot.row as usize])
     }
 }

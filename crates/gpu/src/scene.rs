@@ -91,14 +91,14 @@ impl Layouts {
         };
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
         let layout = |bindings: &[wgpu::BindingType]| {
-            let entries = (0..).zip(bindings).map(|(binding, ty)| {
-                wgpu::BindGroupLayoutEntry {
+            let entries = (0..)
+                .zip(bindings)
+                .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
                     binding,
                     visibility: ShaderStages::VERTEX_FRAGMENT,
                     ty: *ty,
                     count: None,
-                }
-            });
+                });
             device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
                 label: None,
                 entries: &entries.collect::<Vec<_>>(),
@@ -107,7 +107,9 @@ impl Layouts {
         Self {
             scene: layout(&[storage; 4]),
             picture: layout(&[uniform, storage]),
-            material: layout(&[uniform, texture, sampler, texture, sampler, texture, sampler]),
+            material: layout(&[
+                uniform, texture, sampler, texture, sampler, texture, sampler,
+            ]),
         }
     }
 }
@@ -260,7 +262,10 @@ fn upload_materials(gpu: &Gpu, scene: &Scene) -> Result<Vec<BindGroup>, GpuError
         let shown = textures.map(|(texture, encoding)| match texture {
             Some(texture) => {
                 let texture = &scene.textures[texture as usize];
-                (&views[&(texture.image, encoding == Encoding::Srgb)], texture)
+                (
+                    &views[&(texture.image, encoding == Encoding::Srgb)],
+                    texture,
+                )
             }
             None => (&white, &plain),
         });
@@ -310,7 +315,10 @@ fn upload_image(
 ) -> Result<wgpu::TextureView, GpuError> {
     let what = || {
         let (width, height) = (image.width, image.height);
-        format!("the longer side of image {:?}, {width} x {height} texels,", image.name)
+        format!(
+            "the longer side of image {:?}, {width} x {height} texels,",
+            image.name
+        )
     };
     let side = image.width.max(image.height);
     gpu.check_limit(what, side.into(), "max_texture_dimension_2d", |limits| {

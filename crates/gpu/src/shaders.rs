@@ -45,8 +45,11 @@ mod tests {
     use super::*;
     use crate::camera::{Placement, View};
     use crate::scene::{Instance, Material};
-    use naga::valid::{Capabilities, ValidationFlags, Validator};
     use std::mem::offset_of;
+    use wgpu::naga::{
+        self,
+        valid::{Capabilities, ValidationFlags, Validator},
+    };
 
     fn module(source: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(source)
@@ -71,7 +74,10 @@ mod tests {
     /// Members of a shader's struct with their offsets, and its size.
     fn layout(name: &str) -> (Vec<(String, u32)>, u32) {
         let module = module(&display());
-        let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+        let found = module
+            .types
+            .iter()
+            .find(|(_, ty)| ty.name.as_deref() == Some(name));
         let (_, ty) = found.unwrap_or_else(|| panic!("no shader has {name}"));
         let naga::TypeInner::Struct { members, span } = &ty.inner else {
             panic!("{name} is no struct")
@@ -90,7 +96,10 @@ mod tests {
 
     #[test]
     fn structs_are_laid_out_alike() {
-        assert_eq!(layout("View"), fields!(View: to_sun, sun, sky, ground, near));
+        assert_eq!(
+            layout("View"),
+            fields!(View: to_sun, sun, sky, ground, near)
+        );
         assert_eq!(layout("Placement"), fields!(Placement: x, y, depth));
         let instance = fields!(Instance: x, object, y, mirrored, z, padding);
         assert_eq!(layout("Instance"), instance);

@@ -1,0 +1,103 @@
+//! Pictures.
+
+use crate::setup::{cameras, gpu, house_bundle};
+use farfield_gpu::{Display, Gpu, GpuScene, Lighting};
+use farfield_grid::Grid;
+use farfield_sampling::{Textures, rasterize, shade, srgb_from_linear};
+use farfield_scene::Scene;
+use farfield_views::Camera;
+use std::path::Path;
+
+/// The light of the CPU's pictures.
+pub(crate) fn light() -> Lighting {
+    let light = farfield_sampling::Lighting::default();
+    Lighting {
+        to_sun: light.to_sun,
+        sun: light.sun,
+        sky: light.sky,
+        ground: light.ground,
+    }
+}
+
+fn cpu_picture(scene: &Scene, textures: &Textures<'_>, camera: &Camera) -> Grid<[u8; 4]> {
+    let seen = rasterize(scene, textures, camera);
+    let light = farfield_sampling::Lighting::default();
+    let colors = shade(scene, textures, camera, &seen, &light);
+    let pixels = colors.cells().iter().zip(seen.objects.cells());
+    let pixels = pixels.map(|(color, object)| {
+        let [r, g, b] = color
+            .to_array()
+            .map(|c| (srgb_from_linear(c) * 255.0).round() as u8);
+        [
+            r,
+            g,
+            b,
+            if *object == farfield_sampling::NONE {
+                0
+            } else {
+                255
+            },
+        ]
+    });
+    Grid::from_cells(colors.width(), colors.height(), pixels.collect())
+}
+
+/// Greatest difference of a channel.
+fn difference(a: &[u8; 4], b: &[u8; 4]) -> u8 {
+    (0..4).map(|i| a[i].abs_diff(b[i])).max().unwrap_or(0)
+}
+
+fn write(pixels: &Grid<[u8; 4]>, path: &Path) {
+    let (width, height) = (pixels.width() as u32, pixels.height() as u32);
+    let bytes = pixels.cells().as_flattened().to_vec();
+    let image = image::RgbaImage::from_raw(width, height, bytes).expect("four bytes a pixel");
+    image.save(path).expect("the picture can be written");
+}
+
+/// Share of pixels that differ by more than 2 of 255, per camera.
+fn check(gpu: &Gpu, name: &str, scene: &Scene, cameras: &[Camera]) -> Vec<f64> {
+    let uploaded = GpuScene::new(gpu, scene).unwrap();
+    let display = Display::new(gpu, Display::OFFSCREEN).unwrap();
+    let pictures = display.pictures(gpu, &uploaded, &uploaded.all(), cameras, &light());
+    let pictures = pictures.unwrap();
+    let textures = Textures::new(scene);
+    let mut shares = Vec::new();
+    for (i, (camera, picture)) in cameras.iter().zip(&pictures).enumerate() {
+        let expected = cpu_picture(scene, &textures, camera);
+        let pairs = expected.cells().iter().zip(picture.pixels.cells());
+        let differ = pairs.clone().filter(|(a, b)| difference(a, b) > 2).count();
+        shares.push(differ as f64 / pairs.len() as f64);
+        if let Some(folder) = std::env::var_os("FARFIELD_GPU_PICTURES") {
+            let file = |kind: &str| Path::new(&folder).join(format!("{name}-{i}-{kind}.png"));
+            let apart = pairs.map(|(a, b)| {
+                let d = difference(a, b).saturating_mul(32);
+                [d, d, d, 255]
+            });
+            let (width, height) = (expected.width(), expected.height());
+            write(
+                &Grid::from_cells(width, height, apart.collect()),
+                &file("difference"),
+            );
+            write(&expected, &file("cpu"));
+            write(&picture.pixels, &file("gpu"));
+        }
+        eprintln!(
+            "{name} {i}: {:.5} % {:?} ms",
+            shares[i] * 100.0,
+            picture.gpu_milliseconds
+        );
+    }
+    shares
+}
+
+#[test]
+fn explore() {
+    let Some(gpu) = gpu() else { return };
+    eprintln!("{} {}", gpu.name(), gpu.is_software());
+    let scene = house_bundle();
+    check(&gpu, "bundle", &scene, &cameras(&scene, 256));
+    let scene = farfield_town::town(1, 20_000);
+    check(&gpu, "town", &scene, &cameras(&scene, 256));
+    let scene = farfield_town::house(1);
+    check(&gpu, "house", &scene, &cameras(&scene, 256));
+}

@@ -1,0 +1,123 @@
+//! Ids and depths.
+
+use crate::setup::{cameras, gpu, house_bundle, moved};
+use farfield_gpu::{Gpu, GpuScene, IdBuffers, NONE, Seen};
+use farfield_sampling::{Textures, Visibility, rasterize};
+use farfield_scene::Scene;
+use farfield_views::Camera;
+use glam::{DVec2, DVec3};
+
+/// How many pixels are told by neither of the reasons that ids may differ for, and the greatest
+/// relative error of depth.
+#[derive(Debug, Default)]
+struct Differences {
+    /// Of them all, that see something on one side at least.
+    seen: usize,
+    /// With other ids.
+    differ: usize,
+    /// With other ids, though the surfaces are not equally far and the pixel is on no edge.
+    unexplained: usize,
+    /// Relative, where ids are the same.
+    depth: f64,
+}
+
+/// Vertices are snapped to 1/256 pixel.
+const ON_EDGE: f64 = 1.0 / 128.0;
+/// Relative; five times what is measured at most.
+const SAME_DEPTH: f64 = 1e-5;
+
+fn compare(scene: &Scene, camera: &Camera, cpu: &Visibility, gpu: &Seen) -> Differences {
+    let mut found = Differences::default();
+    for y in 0..camera.height as usize {
+        for x in 0..camera.width as usize {
+            let at = (x, y);
+            let ids = [
+                (cpu.objects[at], cpu.triangles[at]),
+                (gpu.objects[at], gpu.triangles[at]),
+            ];
+            let depths = [cpu.depth[at], f64::from(gpu.depth[at])];
+            assert_eq!(gpu.objects[at] == NONE, depths[1].is_infinite());
+            found.seen += usize::from(ids != [(NONE, NONE); 2]);
+            let apart = (depths[1] / depths[0] - 1.0).abs();
+            if ids[0] == ids[1] {
+                if ids[0].0 != NONE {
+                    found.depth = found.depth.max(apart);
+                }
+                continue;
+            }
+            found.differ += 1;
+            let pixel = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let on_edge = |(object, triangle): (u32, u32)| {
+                object != NONE
+                    && distance_to_edges(scene, camera, object, triangle, pixel) < ON_EDGE
+            };
+            if apart.is_nan() || apart > SAME_DEPTH {
+                found.unexplained += usize::from(!ids.into_iter().any(on_edge));
+            }
+        }
+    }
+    found
+}
+
+/// From a pixel to the nearest of the lines through a triangle's edges, in pixels.
+fn distance_to_edges(
+    scene: &Scene,
+    camera: &Camera,
+    object: u32,
+    triangle: u32,
+    pixel: DVec2,
+) -> f64 {
+    let corners = scene.triangle_in(object, triangle).map(|vertex| {
+        let point = scene.world_position(object, vertex);
+        camera.pose.point_in_view(point)
+    });
+    let [a, b, c] = corners;
+    let sight = camera.view_from_pixel(pixel, 1.0);
+    let distance = |edge: DVec3| {
+        let per_pixel = edge.truncate() * camera.pixel_size();
+        edge.dot(sight).abs() / per_pixel.length()
+    };
+    [a.cross(b), b.cross(c), c.cross(a)]
+        .map(distance)
+        .into_iter()
+        .fold(f64::INFINITY, f64::min)
+}
+
+fn check(gpu: &Gpu, scene: &Scene, cameras: &[Camera]) -> Vec<Differences> {
+    let uploaded = GpuScene::new(gpu, scene).unwrap();
+    let ids = IdBuffers::new(gpu).unwrap();
+    let seen = ids.see(gpu, &uploaded, &uploaded.all(), cameras).unwrap();
+    assert_eq!(seen.len(), cameras.len());
+    let textures = Textures::new(scene);
+    let pairs = cameras.iter().zip(&seen);
+    pairs
+        .map(|(camera, seen)| compare(scene, camera, &rasterize(scene, &textures, camera), seen))
+        .collect()
+}
+
+/// Ids are the CPU's but on edges and where surfaces are equally far, depths are the CPU's to five
+/// digits: near, far, within, and with frusta that are not centred.
+#[test]
+fn ids_are_those_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    for scene in [farfield_town::town(1, 20_000), farfield_town::house(1)] {
+        for found in check(&gpu, &scene, &cameras(&scene, 256)) {
+            eprintln!("{found:?}");
+            assert!(found.seen > 10_000, "{found:?}");
+            assert_eq!(found.unexplained, 0, "{found:?}");
+            assert!(found.depth < SAME_DEPTH, "{found:?}");
+        }
+    }
+}
+#[test]
+fn explore() {
+    let Some(gpu) = gpu() else { return };
+    let scene = house_bundle();
+    for found in check(&gpu, &scene, &cameras(&scene, 256)) {
+        eprintln!("{found:?}");
+    }
+    let scene = moved(farfield_town::house(1), DVec3::new(4e6, -3e6, 2e6));
+    for found in check(&gpu, &scene, &cameras(&scene, 256)) {
+        eprintln!("{found:?}");
+    }
+}
