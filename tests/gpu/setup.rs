@@ -5,6 +5,7 @@ use farfield_scene::Scene;
 use farfield_views::{Camera, Extent, Pose};
 use glam::{DVec2, DVec3};
 use std::io::Write;
+use std::path::PathBuf;
 use xtask::{BakeOptions, BuiltIn, Console, SceneChoice};
 
 /// A GPU. Where the machine has none, the test is skipped, and says so; the environment variable
@@ -18,12 +19,31 @@ pub(crate) fn gpu() -> Option<Gpu> {
                 !required,
                 "FARFIELD_REQUIRE_GPU=1, and there is no GPU: {reason}"
             );
-            // Not through `eprintln!`: what passing tests print with it is not shown.
-            let _ = writeln!(std::io::stderr(), "SKIPPED: no GPU: {reason}");
+            skipped(&format!("there is no GPU: {reason}"));
             None
         }
         Err(error) => panic!("{error}"),
     }
+}
+
+/// A real model, where the environment variable `FARFIELD_MODELS` names a folder that has it.
+pub(crate) fn model(name: &str) -> Option<Scene> {
+    let path = std::env::var_os("FARFIELD_MODELS").map(|folder| PathBuf::from(folder).join(name));
+    let Some(path) = path.filter(|path| path.exists()) else {
+        skipped(&format!("{name} is in no folder named by FARFIELD_MODELS"));
+        return None;
+    };
+    Some(
+        farfield_import::read(&path)
+            .expect("the model can be read")
+            .scene,
+    )
+}
+
+/// Says on the test's output that something was not tested.
+fn skipped(why: &str) {
+    // Not through `eprintln!`: what passing tests print with it is not shown.
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
 }
 
 /// What a bundle of the built-in house displays.
