@@ -1,9 +1,9 @@
 //! Pictures.
 
 use crate::setup::{cameras, gpu, house_bundle, model};
-use farfield_gpu::{Display, Gpu, GpuScene, Lighting};
+use farfield_gpu::{Display, Gpu, GpuScene, IdBuffers, Lighting};
 use farfield_grid::Grid;
-use farfield_sampling::{Textures, rasterize, shade, srgb_from_linear};
+use farfield_sampling::{Textures, Visibility, rasterize, shade, srgb_from_linear};
 use farfield_scene::Scene;
 use farfield_views::Camera;
 use std::path::Path;
@@ -19,10 +19,14 @@ pub(crate) fn light() -> Lighting {
     }
 }
 
-fn cpu_picture(scene: &Scene, textures: &Textures<'_>, camera: &Camera) -> Grid<[u8; 4]> {
-    let seen = rasterize(scene, textures, camera);
+fn cpu_picture(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    camera: &Camera,
+    seen: &Visibility,
+) -> Grid<[u8; 4]> {
     let light = farfield_sampling::Lighting::default();
-    let colors = shade(scene, textures, camera, &seen, &light);
+    let colors = shade(scene, textures, camera, seen, &light);
     let pixels = colors.cells().iter().zip(seen.objects.cells());
     let pixels = pixels.map(|(color, object)| {
         let [r, g, b] = color
@@ -54,20 +58,37 @@ fn write(pixels: &Grid<[u8; 4]>, path: &Path) {
     image.save(path).expect("the picture can be written");
 }
 
-/// Share of pixels that differ by more than 2 of 255, per camera. The pictures are written into the
+/// Shares of pixels that differ by more than 2 of 255.
+#[derive(Clone, Copy, Debug)]
+struct Shares {
+    all: f64,
+    /// Those in which both see the same triangle.
+    same_surface: f64,
+}
+
+/// How pictures differ, per camera. The pictures are written into the
 /// folder that the environment variable `FARFIELD_GPU_PICTURES` names.
-fn check(gpu: &Gpu, name: &str, scene: &Scene, cameras: &[Camera]) -> Vec<f64> {
+fn check(gpu: &Gpu, name: &str, scene: &Scene, cameras: &[Camera]) -> Vec<Shares> {
     let uploaded = GpuScene::new(gpu, scene).unwrap();
     let display = Display::new(gpu, Display::OFFSCREEN).unwrap();
     let pictures = display.pictures(gpu, &uploaded, &uploaded.all(), cameras, &light());
     let pictures = pictures.unwrap();
+    let ids = IdBuffers::new(gpu).unwrap();
+    let ids = ids.see(gpu, &uploaded, &uploaded.all(), cameras).unwrap();
     let textures = Textures::new(scene);
     let mut shares = Vec::new();
     for (i, (camera, picture)) in cameras.iter().zip(&pictures).enumerate() {
-        let expected = cpu_picture(scene, &textures, camera);
+        let seen = rasterize(scene, &textures, camera);
+        let expected = cpu_picture(scene, &textures, camera, &seen);
         let pairs = expected.cells().iter().zip(picture.pixels.cells());
-        let differ = pairs.clone().filter(|(a, b)| difference(a, b) > 2).count();
-        shares.push(differ as f64 / pairs.len() as f64);
+        let same = seen.triangles.cells().iter().zip(ids[i].triangles.cells());
+        let differ = pairs.clone().zip(same);
+        let differ = differ.filter(|((a, b), _)| difference(a, b) > 2);
+        let share = |count: usize| count as f64 / pairs.len() as f64;
+        shares.push(Shares {
+            all: share(differ.clone().count()),
+            same_surface: share(differ.filter(|(_, (a, b))| a == b).count()),
+        });
         if let Some(folder) = std::env::var_os("FARFIELD_GPU_PICTURES") {
             let file = |kind: &str| Path::new(&folder).join(format!("{name}-{i}-{kind}.png"));
             let apart = pairs.map(|(a, b)| {
@@ -97,8 +118,8 @@ fn impostors_look_as_on_the_cpu() {
         scene.images.len(),
         "a draw call a page"
     );
-    for share in check(&gpu, "bundle", &scene, &cameras(&scene, 256)) {
-        assert!(share <= 1e-3, "{share}");
+    for shares in check(&gpu, "bundle", &scene, &cameras(&scene, 256)) {
+        assert!(shares.all <= 1e-3, "{shares:?}");
     }
 }
 
@@ -110,8 +131,8 @@ fn scenes_look_as_on_the_cpu() {
     let house = farfield_town::house(1);
     let town = farfield_town::town(1, 100_000);
     for (name, scene) in [("house", house), ("town", town)] {
-        for share in check(&gpu, name, &scene, &cameras(&scene, 256)) {
-            assert!(share <= 1e-3, "{name}: {share}");
+        for shares in check(&gpu, name, &scene, &cameras(&scene, 256)) {
+            assert!(shares.all <= 1e-3, "{name}: {shares:?}");
         }
     }
 }
@@ -124,8 +145,9 @@ fn models_look_as_on_the_cpu() {
         let Some(scene) = model(&format!("{name}.glb")) else {
             continue;
         };
-        for share in check(&gpu, name, &scene, &cameras(&scene, 200)) {
-            assert!(share <= 1e-3, "{name}: {share}");
+        for shares in check(&gpu, name, &scene, &cameras(&scene, 200)) {
+            // Some show two surfaces at the same place, of which either may be seen.
+            assert!(shares.same_surface <= 1e-4, "{name}: {shares:?}");
         }
     }
 }
