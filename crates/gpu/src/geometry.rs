@@ -11,7 +11,11 @@ pub(crate) struct Geometry {
     pub(crate) vertices: Vec<Vertex>,
     /// Three vertices of the above and the triangle's index in the scene.
     pub(crate) triangles: Vec<[u32; 4]>,
-    /// Objects, those of one mesh in a row.
+    /// A vertex, and the triangle that has it first: vertices as the vertex shader is given them.
+    pub(crate) corners: Vec<[u32; 2]>,
+    /// Three corners of each triangle, in the triangle's winding; the first is no other's first.
+    pub(crate) indices: Vec<[u32; 3]>,
+    /// Objects, those of one mesh in a row, the mirrored ones last.
     pub(crate) instances: Vec<Instance>,
     /// In the order in which they are drawn.
     pub(crate) runs: Vec<Run>,
@@ -60,17 +64,21 @@ impl Draws {
 }
 
 /// How many pipelines there are: see [`pipeline_of`].
-pub(crate) const PIPELINES: usize = 4;
+pub(crate) const PIPELINES: usize = 8;
 
-/// Which pipeline draws a material: opaque ones come first, as what they hide need not be looked up.
-pub(crate) fn pipeline_of(material: &Material) -> usize {
-    2 * usize::from(material.alpha.cutoff().is_some()) + usize::from(material.double_sided)
+/// Which pipeline draws a material in objects that mirror it or do not: opaque ones come first, as
+/// what they hide need not be looked up.
+pub(crate) fn pipeline_of(material: &Material, mirrored: bool) -> usize {
+    4 * usize::from(material.alpha.cutoff().is_some())
+        + 2 * usize::from(material.double_sided)
+        + usize::from(mirrored)
 }
 
 /// Brings the triangles that objects show into runs.
 pub(crate) fn geometry(scene: &Scene) -> Geometry {
     let mut objects: Vec<u32> = (0..scene.objects.len() as u32).collect();
-    objects.sort_by_key(|object| scene.objects[*object as usize].mesh);
+    let mirrored = |object: u32| scene.objects[object as usize].is_mirrored();
+    objects.sort_by_key(|object| (mesh_of(scene, *object), mirrored(*object)));
     let mut sorted = Geometry::default();
     for of_mesh in objects.chunk_by(|a, b| mesh_of(scene, *a) == mesh_of(scene, *b)) {
         let mesh = scene.mesh_of(of_mesh[0]);
@@ -80,15 +88,17 @@ pub(crate) fn geometry(scene: &Scene) -> Geometry {
         sorted
             .vertices
             .extend(indices.map(|index| Vertex { index, middle }));
-        let first = sorted.instances.len() as u32;
+        let first_instance = sorted.instances.len() as u32;
         sorted
             .instances
             .extend(of_mesh.iter().map(|&object| Instance { object, middle }));
-        let instances = first..sorted.instances.len() as u32;
+        let end = sorted.instances.len() as u32;
+        let turned = first_instance + of_mesh.partition_point(|object| !mirrored(*object)) as u32;
 
         let mut ids: Vec<u32> = mesh.triangles.clone().collect();
         let material_of = |id: u32| scene.triangle_materials[id as usize];
         ids.sort_by_key(|id| material_of(*id));
+        let first_triangle = sorted.triangles.len() as u32;
         for ids in ids.chunk_by(|a, b| material_of(*a) == material_of(*b)) {
             let material = material_of(ids[0]);
             let first = sorted.triangles.len() as u32;
@@ -97,16 +107,60 @@ pub(crate) fn geometry(scene: &Scene) -> Geometry {
                     .map(|vertex| vertex - mesh.vertices.start + first_vertex);
                 [a, b, c, id]
             }));
-            sorted.runs.push(Run {
-                pipeline: pipeline_of(&scene.materials[material as usize]),
-                material,
-                triangles: first..sorted.triangles.len() as u32,
-                instances: instances.clone(),
-            });
+            let triangles = first..sorted.triangles.len() as u32;
+            for (instances, mirrored) in [(first_instance..turned, false), (turned..end, true)] {
+                if !instances.is_empty() {
+                    let pipeline = pipeline_of(&scene.materials[material as usize], mirrored);
+                    sorted.runs.push(Run {
+                        pipeline,
+                        material,
+                        triangles: triangles.clone(),
+                        instances,
+                    });
+                }
+            }
         }
+        add_corners(&mut sorted, first_vertex, first_triangle);
     }
     sorted.runs.sort_by_key(|run| (run.pipeline, run.material));
     sorted
+}
+
+/// Adds corners and indices of the triangles from a first one on, whose vertices come from a first
+/// one on.
+///
+/// A triangle's fragments get what is not interpolated from its first vertex, so it must be the
+/// first of no other: of the three the first that is free, and where none is, a copy. That takes
+/// hardly more vertices than there are triangles, and tells a triangle's number without a feature of
+/// the adapter.
+fn add_corners(sorted: &mut Geometry, first_vertex: u32, first_triangle: u32) {
+    const NONE: u32 = u32::MAX;
+    /// Corners that are no triangle's first.
+    const FREE: u32 = u32::MAX;
+    let mut corner_of = vec![NONE; sorted.vertices.len() - first_vertex as usize];
+    for triangle in first_triangle..sorted.triangles.len() as u32 {
+        let [a, b, c, _] = sorted.triangles[triangle as usize];
+        let mut indices = [a, b, c].map(|vertex| {
+            let corner = &mut corner_of[(vertex - first_vertex) as usize];
+            if *corner == NONE {
+                *corner = sorted.corners.len() as u32;
+                sorted.corners.push([vertex, FREE]);
+            }
+            *corner
+        });
+        let is_free = |corner: &u32| sorted.corners[*corner as usize][1] == FREE;
+        match indices.iter().position(is_free) {
+            Some(free) => {
+                indices.rotate_left(free);
+                sorted.corners[indices[0] as usize][1] = triangle;
+            }
+            None => {
+                indices[0] = sorted.corners.len() as u32;
+                sorted.corners.push([a, triangle]);
+            }
+        }
+        sorted.indices.push(indices);
+    }
 }
 
 /// The parts of runs that show triangles of some ranges.
@@ -237,6 +291,12 @@ mod tests {
                 for t in run.triangles.clone() {
                     let [a, b, c, id] = sorted.triangles[t as usize];
                     let vertices = [a, b, c].map(|v| sorted.vertices[v as usize].index);
+                    let corners = sorted.indices[t as usize].map(|i| sorted.corners[i as usize]);
+                    prop_assert_eq!(corners[0][1], t);
+                    let mut around = corners.map(|corner| corner[0]);
+                    let first = around.iter().position(|vertex| *vertex == a).unwrap();
+                    around.rotate_left(first);
+                    prop_assert_eq!(around, [a, b, c]);
                     prop_assert_eq!(vertices, scene.triangles[id as usize]);
                     prop_assert_eq!(run.material, materials[id as usize]);
                 }

@@ -33,7 +33,7 @@ pub(crate) fn pipelines(
         .map(|format| Some((*format).into()))
         .collect();
     std::array::from_fn(|number| {
-        let (masked, double_sided) = (number / 2 == 1, number % 2 == 1);
+        let [masked, double_sided, mirrored] = [4, 2, 1].map(|bit| number & bit != 0);
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: None,
             layout: Some(&layout),
@@ -44,7 +44,10 @@ pub(crate) fn pipelines(
                 buffers: &[],
             },
             primitive: wgpu::PrimitiveState {
-                front_face: wgpu::FrontFace::Ccw,
+                front_face: match mirrored {
+                    true => wgpu::FrontFace::Cw,
+                    false => wgpu::FrontFace::Ccw,
+                },
                 cull_mode: (!double_sided).then_some(wgpu::Face::Back),
                 ..Default::default()
             },
@@ -159,6 +162,7 @@ pub(crate) fn draw(
     });
     pass.set_bind_group(0, &scene.geometry, &[]);
     pass.set_bind_group(1, picture, &[]);
+    pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
     let mut bound = (usize::MAX, u32::MAX);
     for run in &draws.runs {
         if bound.0 != run.pipeline {
@@ -168,7 +172,7 @@ pub(crate) fn draw(
             pass.set_bind_group(2, &scene.materials[run.material as usize], &[]);
         }
         bound = (run.pipeline, run.material);
-        let vertices = 3 * run.triangles.start..3 * run.triangles.end;
-        pass.draw(vertices, run.instances.clone());
+        let indices = 3 * run.triangles.start..3 * run.triangles.end;
+        pass.draw_indexed(indices, 0, run.instances.clone());
     }
 }

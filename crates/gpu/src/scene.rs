@@ -16,6 +16,7 @@ use wgpu::{BindGroup, BindGroupLayout, BufferUsages, ShaderStages};
 #[derive(Debug)]
 pub struct GpuScene {
     pub(crate) geometry: BindGroup,
+    pub(crate) indices: wgpu::Buffer,
     pub(crate) materials: Vec<BindGroup>,
     sorted: Geometry,
     /// Of each instance.
@@ -105,7 +106,7 @@ impl Layouts {
             })
         };
         Self {
-            scene: layout(&[storage; 4]),
+            scene: layout(&[storage; 5]),
             picture: layout(&[uniform, storage]),
             material: layout(&[
                 uniform, texture, sampler, texture, sampler, texture, sampler,
@@ -133,6 +134,7 @@ impl GpuScene {
                 world_from_mesh.map(|object| scene.objects[object as usize].world_from_mesh);
             Ok(Self {
                 geometry: upload_geometry(gpu, scene, &sorted)?,
+                indices: buffer(gpu, "indices", BufferUsages::INDEX, &sorted.indices)?,
                 materials: upload_materials(gpu, scene)?,
                 world_from_mesh: world_from_mesh.collect(),
                 bounds: scene.bounds(),
@@ -141,7 +143,8 @@ impl GpuScene {
         })
     }
 
-    /// All of the scene, in one draw call for each pair of a mesh and one of its materials.
+    /// All of the scene, in one draw call for each pair of a mesh and one of its materials, and
+    /// another one for objects that mirror it.
     pub fn all(&self) -> Draws {
         let runs = self.sorted.runs.clone();
         Draws { runs }
@@ -218,7 +221,8 @@ fn upload_geometry(gpu: &Gpu, scene: &Scene, sorted: &Geometry) -> Result<BindGr
     let attributes = buffer(gpu, "vertices", storage, &attributes)?;
     let triangles = buffer(gpu, "triangles", storage, &sorted.triangles)?;
     let instances = buffer(gpu, "the objects", storage, &instances.collect::<Vec<_>>())?;
-    let buffers = [&positions, &attributes, &triangles, &instances];
+    let corners = buffer(gpu, "corners", storage, &sorted.corners)?;
+    let buffers = [&positions, &attributes, &triangles, &instances, &corners];
     Ok(bind(
         gpu,
         &gpu.layouts.scene,

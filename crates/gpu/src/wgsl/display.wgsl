@@ -6,21 +6,19 @@ struct Vertex {
     @location(1) color: vec4f,
     // In the world, of any length.
     @location(2) normal: vec3f,
-    // Instance, and triangle in the order in which they are drawn.
-    @location(3) @interpolate(flat) drawn: vec2u,
+    // Instance, and triangle in the order in which they are drawn: those of the triangle's first corner.
+    @location(3) @interpolate(flat, first) drawn: vec2u,
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) number: u32) -> Vertex {
-    let triangle = index / 3u;
-    let instance = instances[number];
-    let vertex = vertex_at(triangle, index % 3u, instance.mirrored);
+    let corner = corners[index];
     return Vertex(
-        placed(number, position_of(vertex)),
-        uv_of(vertex),
-        color_of(vertex),
-        normal_in_world(instance, normal_of(vertex)),
-        vec2u(number, triangle),
+        placed(number, position_of(corner.x)),
+        uv_of(corner.x),
+        color_of(corner.x),
+        normal_in_world(instances[number], normal_of(corner.x)),
+        vec2u(number, corner.y),
     );
 }
 
@@ -43,9 +41,11 @@ struct Edges {
 
 fn edges_of(drawn: vec2u) -> Edges {
     let instance = instances[drawn.x];
-    let a = vertex_at(drawn.y, 0u, instance.mirrored);
-    let b = vertex_at(drawn.y, 1u, instance.mirrored);
-    let c = vertex_at(drawn.y, 2u, instance.mirrored);
+    let vertices = triangles[drawn.y].xyz;
+    let a = vertices.x;
+    // Counter-clockwise seen from the front also in objects that are mirrored.
+    let b = select(vertices.y, vertices.z, instance.mirrored != 0u);
+    let c = select(vertices.z, vertices.y, instance.mirrored != 0u);
     let axes = mat3x3f(instance.x, instance.y, instance.z);
     let origin = position_of(a);
     return Edges(

@@ -4,20 +4,18 @@ struct Vertex {
     @builtin(position) position: vec4f,
     @location(0) uv: vec2f,
     @location(1) alpha: f32,
-    // Object and triangle.
-    @location(2) @interpolate(flat) ids: vec2u,
+    // Object and triangle, those of the triangle's first corner.
+    @location(2) @interpolate(flat, first) ids: vec2u,
 }
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) number: u32) -> Vertex {
-    let triangle = index / 3u;
-    let instance = instances[number];
-    let vertex = vertex_at(triangle, index % 3u, instance.mirrored);
+    let corner = corners[index];
     return Vertex(
-        placed(number, position_of(vertex)),
-        uv_of(vertex),
-        color_of(vertex).a,
-        vec2u(instance.object, triangles[triangle].w),
+        placed(number, position_of(corner.x)),
+        uv_of(corner.x),
+        color_of(corner.x).a,
+        vec2u(instances[number].object, triangles[corner.y].w),
     );
 }
 

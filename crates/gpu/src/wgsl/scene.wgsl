@@ -45,6 +45,8 @@ struct Material {
 // Three vertices, and the triangle's index in the scene.
 @group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
 @group(0) @binding(3) var<storage, read> instances: array<Instance>;
+// Vertex, and the triangle whose first corner it is.
+@group(0) @binding(4) var<storage, read> corners: array<vec2u>;
 
 @group(1) @binding(0) var<uniform> view: View;
 @group(1) @binding(1) var<storage, read> placements: array<Placement>;
@@ -56,13 +58,6 @@ struct Material {
 @group(2) @binding(4) var normal_sampler: sampler;
 @group(2) @binding(5) var emissive_texture: texture_2d<f32>;
 @group(2) @binding(6) var emissive_sampler: sampler;
-
-// The vertex at a corner of a triangle, counter-clockwise seen from the front also in objects that
-// are mirrored.
-fn vertex_at(triangle: u32, corner: u32, mirrored: u32) -> u32 {
-    let turned = select(corner, (3u - corner) % 3u, mirrored != 0u);
-    return triangles[triangle][turned];
-}
 
 // Relative to the middle of its mesh.
 fn position_of(vertex: u32) -> vec3f {
