@@ -11,13 +11,18 @@ mod lookup;
 
 mod patches;
 
+mod distances;
+mod held_back;
+
 mod adaptive;
 
-pub use adaptive::{Adapted, AdaptiveSettings, Round, adapt};
+pub use adaptive::{Adapted, AdaptiveSettings, adapt};
 pub use bitfield::Bitfield;
 pub use connectivity::with_neighbors;
 pub use directions::{even_directions, widest_gap};
+pub use distances::Distances;
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
+pub use held_back::Round;
 pub use lookup::Lookup;
 pub use patches::{PatchSettings, Patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
