@@ -3,12 +3,12 @@
 
 use crate::models;
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation,
-    adapt, culled_share, even_directions, face_sets, patches, with_neighbors,
+    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Samples,
+    Triangulation, adapt, culled_share, even_directions, face_sets, patches, with_neighbors,
 };
 use farfield_sampling::{NONE, Textures, rasterize};
 use farfield_scene::Scene;
-use farfield_views::{Camera, Extent, Pose, sphere_direction};
+use farfield_views::{Camera, Extent, Pose, low_discrepancy_point, sphere_direction};
 use glam::{DVec3, Vec3};
 use roaring::RoaringBitmap;
 use std::collections::BTreeMap;
@@ -24,11 +24,11 @@ const PICTURE: u32 = 255;
 /// Pictures are taken from so many directions.
 const PICTURES: u32 = 320;
 
-/// Pictures in a row that must miss nothing until no more viewpoints are added.
-const CLEAN: u32 = 3000;
-
-/// What id buffers and pictures show from one corner to the opposite, in radians.
+/// Where one distance is asked for, id buffers and pictures show so many radians.
 const FOV: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Of a range of distances, the greatest is so many times that distance, which is the least.
+const FARTHEST: f64 = 4.0;
 
 const MODELS: [models::Entry; 4] = [
     models::DENSE[0],
@@ -95,22 +95,41 @@ impl Numbered {
         }
     }
 
-    /// What is seen from a direction, from where a picture of these pixels just holds the model.
-    fn ids(
-        &self,
-        textures: &Textures<'_>,
-        direction: DVec3,
-        [width, height]: [u32; 2],
-    ) -> Vec<u32> {
-        let extent = Extent::symmetric(FOV, width, height);
-        let eye = self.eye(direction, &extent);
+    /// The one distance from the centre at which the model fills [`FOV`], in metres.
+    fn distance(&self) -> f64 {
+        self.radius / (FOV / 2.0).sin()
+    }
+
+    /// From that one distance on, with samples at either end.
+    fn distances(&self) -> Distances {
+        let nearest = self.distance();
+        Distances {
+            nearest,
+            farthest: FARTHEST * nearest,
+            samples: 2,
+        }
+    }
+
+    /// What is seen at an offset from the centre, in a picture of these pixels that just holds the
+    /// model.
+    fn ids(&self, textures: &Textures<'_>, offset: DVec3, [width, height]: [u32; 2]) -> Vec<u32> {
+        let eye = self.center + offset;
+        // What the model spans, along the smaller side.
+        let half = (self.radius / offset.length()).asin();
+        let sides = f64::from(width.max(height)) / f64::from(width.min(height));
+        let fov = 2.0 * (half.tan() * sides).atan();
         let camera = Camera {
             pose: Pose::looking_along(eye, self.center - eye),
-            extent,
+            extent: Extent::symmetric(fov, width, height),
             width,
             height,
         };
-        let seen = rasterize(&self.scene, textures, &camera);
+        self.ids_of(textures, &camera)
+    }
+
+    /// What a camera sees.
+    fn ids_of(&self, textures: &Textures<'_>, camera: &Camera) -> Vec<u32> {
+        let seen = rasterize(&self.scene, textures, camera);
         let pixels = seen.objects.cells().iter().zip(seen.triangles.cells());
         let id = |(&object, &triangle): (&u32, &u32)| match object {
             NONE => NONE,
@@ -122,29 +141,33 @@ impl Numbered {
         pixels.map(id).collect()
     }
 
-    fn eye(&self, direction: DVec3, extent: &Extent) -> DVec3 {
-        let half = extent.max.min_element().atan();
-        self.center + direction * self.radius / half.sin()
-    }
-
     /// What samples see, and the neighbours of it that face them.
-    fn grown(&self, sets: &[Bitfield], directions: &[DVec3]) -> Vec<Bitfield> {
-        let extent = Extent::symmetric(FOV, BUFFER[0], BUFFER[1]);
-        let grown = |(set, &direction): (&Bitfield, &DVec3)| {
-            let eye = self.eye(direction, &extent);
+    fn grown(&self, sets: &[Bitfield], offsets: &[DVec3]) -> Vec<Bitfield> {
+        let grown = |(set, &offset): (&Bitfield, &DVec3)| {
+            let eye = self.center + offset;
             with_neighbors(set, &self.welded, |id| {
-                self.planes[id as usize].is_none_or(|(normal, offset)| normal.dot(eye) > offset)
+                self.planes[id as usize].is_none_or(|(normal, height)| normal.dot(eye) > height)
             })
         };
-        sets.iter().zip(directions).map(grown).collect()
+        sets.iter().zip(offsets).map(grown).collect()
     }
 
-    /// What is seen from each direction.
-    fn sets(&self, textures: &Textures<'_>, directions: &[DVec3]) -> Vec<Bitfield> {
-        let set = |&direction: &DVec3| {
-            Bitfield::from_ids(self.primitives, &self.ids(textures, direction, BUFFER))
+    /// What is seen at each offset from the centre.
+    fn sets(&self, textures: &Textures<'_>, offsets: &[DVec3]) -> Vec<Bitfield> {
+        let set = |&offset: &DVec3| {
+            Bitfield::from_ids(self.primitives, &self.ids(textures, offset, BUFFER))
         };
-        directions.iter().map(set).collect()
+        offsets.iter().map(set).collect()
+    }
+
+    /// Pictures from all around at distances in no order, and where they are taken.
+    fn pictures(&self, textures: &Textures<'_>, distances: &Distances) -> Vec<(DVec3, Vec<u32>)> {
+        let picture = |index| {
+            let distance = distances.at(low_discrepancy_point(index, 0).z);
+            let offset = sphere_direction(index as u32, PICTURES) * distance;
+            (offset, self.ids(textures, offset, [PICTURE; 2]))
+        };
+        (0..u64::from(PICTURES)).map(picture).collect()
     }
 
     fn centers(&self) -> Vec<Vec3> {
@@ -156,8 +179,9 @@ impl Numbered {
 }
 
 /// A model with its samples, and the pictures that they are judged by.
-struct Sampled {
-    model: Numbered,
+struct Sampled<'a> {
+    model: &'a Numbered,
+    distances: Distances,
     faces: Triangulation,
     sets: Vec<Bitfield>,
     pictures: Vec<(DVec3, Vec<u32>)>,
@@ -166,7 +190,11 @@ struct Sampled {
 /// Prints all tables.
 pub(crate) fn tables() {
     let read = models::read(&MODELS).into_iter();
-    let sampled: Vec<Sampled> = read.map(|model| sample(model.name, model.scene)).collect();
+    let models: Vec<Numbered> = read
+        .map(|model| Numbered::new(model.name, model.scene))
+        .collect();
+    let one = |model| sample(model, Distances::only(model.distance()));
+    let sampled: Vec<Sampled<'_>> = models.iter().map(one).collect();
     views_table(&sampled);
     sets_table(&sampled);
     patches_table(&sampled);
@@ -175,43 +203,57 @@ pub(crate) fn tables() {
     lookups(&sampled);
 }
 
-/// Prints the table of viewpoints that are added where they are needed, a matter of half an hour.
-pub(crate) fn adaptive_tables() {
-    for model in models::read(&[models::DENSE[0], models::DENSE[2]]) {
-        adaptive(&sample(model.name, model.scene));
+/// Prints the table of samples at two distances, judged by pictures at any between.
+pub(crate) fn distances_table() {
+    for model in models::read(&MODELS) {
+        let model = Numbered::new(model.name, model.scene);
+        views_table(&[sample(&model, model.distances())]);
     }
 }
 
-fn sample(name: &'static str, scene: Scene) -> Sampled {
-    let model = Numbered::new(name, scene);
+/// Prints the table of viewpoints that are added where they are needed, a matter of an hour.
+///
+/// * `name` - of the only model that it is to be of, or of none
+pub(crate) fn adaptive_tables(name: &str) {
+    // A picture of the dragon takes ten times as long.
+    let models = [(MODELS[0], 3000), (MODELS[2], 3000), (MODELS[3], 1000)];
+    let named = models.iter().filter(|((model, ..), _)| *model == name);
+    let named: Vec<_> = named.collect();
+    let chosen = match named.is_empty() {
+        true => models.iter().collect(),
+        false => named,
+    };
+    for &(entry, clean_views) in chosen {
+        for model in models::read(&[entry]) {
+            let model = Numbered::new(model.name, model.scene);
+            adaptive(&model, clean_views);
+        }
+    }
+}
+
+fn sample(model: &Numbered, distances: Distances) -> Sampled<'_> {
     let textures = Textures::new(&model.scene);
     let directions = even_directions(SAMPLES);
-    let sets = model.sets(&textures, &directions);
-    let faces = Triangulation::new(&directions, DVec3::ZERO).expect("directions are all around");
-    let picture = |index| {
-        let direction = sphere_direction(index, PICTURES);
-        (direction, model.ids(&textures, direction, [PICTURE; 2]))
-    };
-    let pictures = (0..PICTURES).map(picture).collect();
-    drop(textures);
+    let offsets = distances.viewpoints(&directions);
     Sampled {
         model,
-        faces,
-        sets,
-        pictures,
+        distances,
+        faces: Triangulation::new(&directions, DVec3::ZERO).expect("directions are all around"),
+        sets: distances.unite(&model.sets(&textures, &offsets)),
+        pictures: model.pictures(&textures, &distances),
     }
 }
 
 /// Pixels of each picture whose primitive is not in the set of the face, ascending.
-fn missed(sampled: &Sampled, faces: &Triangulation, united: &[Bitfield]) -> Vec<u32> {
+fn missed(pictures: &[(DVec3, Vec<u32>)], faces: &Triangulation, united: &[Bitfield]) -> Vec<u32> {
     let lookup = Lookup::new(faces.clone(), FaceRanges::from_sets(united));
-    let count = |(direction, ids): &(DVec3, Vec<u32>)| {
-        let set = &united[lookup.face(*direction) as usize];
+    let count = |(offset, ids): &(DVec3, Vec<u32>)| {
+        let set = &united[lookup.face(*offset) as usize];
         ids.iter()
             .filter(|&&id| id != NONE && !set.contains(id))
             .count() as u32
     };
-    let mut missed: Vec<u32> = sampled.pictures.iter().map(count).collect();
+    let mut missed: Vec<u32> = pictures.iter().map(count).collect();
     missed.sort_unstable();
     missed
 }
@@ -222,7 +264,7 @@ fn percentile(ascending: &[u32], share: f64) -> u32 {
 }
 
 /// Culling and missed pixels over numbers of samples: the paper's Figures 5 and 7.
-fn views_table(all: &[Sampled]) {
+fn views_table(all: &[Sampled<'_>]) {
     println!(
         "\nCulled: mean share of primitives over faces. Missed: pixels of {PICTURES} pictures of \
          {PICTURE} x {PICTURE}, at the 50th and 95th percentile and in the worst. The paper's at 25 \
@@ -238,11 +280,11 @@ fn views_table(all: &[Sampled]) {
         for samples in [14, SAMPLES, 55, 110] {
             let directions = even_directions(samples);
             let faces = Triangulation::new(&directions, DVec3::ZERO).expect("these are all around");
-            let sets = match samples {
-                SAMPLES => sampled.sets.clone(),
-                _ => model.sets(&Textures::new(&model.scene), &directions),
-            };
-            let grown = model.grown(&sets, &directions);
+            let distances = &sampled.distances;
+            let offsets = distances.viewpoints(&directions);
+            let seen = model.sets(&Textures::new(&model.scene), &offsets);
+            let sets = distances.unite(&seen);
+            let grown = distances.unite(&model.grown(&seen, &offsets));
             let ways = [
                 (&sets, Samples::Three),
                 (&sets, Samples::Six),
@@ -251,7 +293,7 @@ fn views_table(all: &[Sampled]) {
             let columns = ways.map(|(sets, samples)| {
                 let united = face_sets(&faces, sets, samples);
                 let share = culled_share(&FaceRanges::from_sets(&united), model.primitives);
-                let missed = missed(sampled, &faces, &united);
+                let missed = missed(&sampled.pictures, &faces, &united);
                 let [half, most] = [0.5, 0.95].map(|share| percentile(&missed, share));
                 let worst = percentile(&missed, 1.0);
                 format!("{:.1} % | {half}, {most}, {worst}", 100.0 * share)
@@ -277,7 +319,7 @@ fn nanoseconds(mut work: impl FnMut()) -> f64 {
 }
 
 /// Bytes of sets, and what it takes to unite six: plain words, roaring bitmaps, runs.
-fn sets_table(all: &[Sampled]) {
+fn sets_table(all: &[Sampled<'_>]) {
     println!(
         "\nBytes of a sample's set (mean), and microseconds to unite the six of a face (mean over \
          faces): plain words with a summary, roaring bitmaps whose runs are found, runs of 8 bytes.\n"
@@ -360,7 +402,7 @@ fn merged(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
 }
 
 /// What patches cost and cull beside lists of primitives.
-fn patches_table(all: &[Sampled]) {
+fn patches_table(all: &[Sampled<'_>]) {
     println!(
         "\nPatches beside lists of primitives: bytes of all faces' lists, the most ranges of a face, \
          mean culling over faces; patches before ranges are joined, and after.\n"
@@ -401,89 +443,99 @@ fn patches_table(all: &[Sampled]) {
 }
 
 /// What it takes until pictures miss nothing.
-fn adaptive(sampled: &Sampled) {
+fn adaptive(model: &Numbered, clean_views: u32) {
     println!(
-        "\n{}: viewpoints added until {CLEAN} pictures in a row miss nothing, then missed pixels of \
-         {PICTURES} others, in all and in the worst.\n",
-        sampled.model.name
+        "\n{}: viewpoints added until {clean_views} pictures in a row, at any distance up to {FARTHEST} \
+         times the least, miss nothing; then missed pixels of {PICTURES} others, in all and in the \
+         worst.\n",
+        model.name
     );
     println!(
         "| most viewpoints | seed | viewpoints | pictures | s | culled | ranges: bytes | missed | \
          patches: bytes | culled | missed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let model = &sampled.model;
     let textures = Textures::new(&model.scene);
-    for most_viewpoints in [SAMPLES, 55] {
-        for seed in 0..3 {
-            let settings = AdaptiveSettings {
-                most_viewpoints,
-                clean_views: CLEAN,
-                most_views: 100_000,
-                seed,
-            };
-            let start = Instant::now();
-            let look = |directions: &[DVec3]| {
-                let shown = |direction: &DVec3| {
-                    let mut ids = model.ids(&textures, *direction, [PICTURE; 2]);
-                    ids.retain(|id| *id != NONE);
-                    ids.sort_unstable();
-                    let runs = ids.chunk_by(|a, b| a == b);
-                    runs.map(|run| [run[0], run.len() as u32]).collect()
-                };
-                directions.iter().map(shown).collect()
-            };
-            let adapted = adapt(
-                &even_directions(SAMPLES),
-                &settings,
-                |directions| model.grown(&model.sets(&textures, directions), directions),
-                look,
-            );
-            let Adapted {
-                faces,
-                sets,
-                rounds,
-                ..
-            } = adapted.expect("the first are all around");
-            let seconds = start.elapsed().as_secs_f64();
-            let united = face_sets(&faces, &sets, Samples::Six);
-            let lists = FaceRanges::from_sets(&united);
-            let missed_pixels = |united: &[Bitfield]| {
-                let missed = missed(sampled, &faces, united);
-                format!(
-                    "{}, {}",
-                    missed.iter().sum::<u32>(),
-                    percentile(&missed, 1.0)
-                )
-            };
-            let settings = PatchSettings::default();
-            let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
-            let joined = patches.ranges(&united, settings.most_ranges);
-            let drawn: Vec<Bitfield> = (0..joined.faces())
-                .map(|face| {
-                    let places = joined.of(face).iter().cloned().flatten();
-                    let ids: Vec<u32> = places.map(|at| patches.order[at as usize]).collect();
-                    Bitfield::from_ids(model.primitives, &ids)
-                })
-                .collect();
-            let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
-            println!(
-                "| {most_viewpoints} | {seed} | {} | {} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
-                sets.len(),
-                64 * rounds.len(),
-                share(&lists),
-                lists.bytes(),
-                missed_pixels(&united),
-                joined.bytes(),
-                share(&joined),
-                missed_pixels(&drawn),
-            );
-        }
+    let distances = model.distances();
+    let pictures = model.pictures(&textures, &distances);
+    for seed in 0..3 {
+        let settings = AdaptiveSettings {
+            distances,
+            most_viewpoints: SAMPLES,
+            tolerated_pixels: 0,
+            clean_views,
+            most_views: 100_000,
+            seed,
+        };
+        let start = Instant::now();
+        let look = |offsets: &[DVec3]| {
+            let shown = |offset: &DVec3| counted(model.ids(&textures, *offset, [PICTURE; 2]));
+            offsets.iter().map(shown).collect()
+        };
+        let adapted = adapt(
+            &even_directions(SAMPLES),
+            &settings,
+            |offsets| model.grown(&model.sets(&textures, offsets), offsets),
+            look,
+        );
+        let Adapted {
+            faces,
+            sets,
+            rounds,
+            ..
+        } = adapted.expect("the first are all around");
+        let seconds = start.elapsed().as_secs_f64();
+        let united = face_sets(&faces, &sets, Samples::Six);
+        let lists = FaceRanges::from_sets(&united);
+        let missed_pixels = |united: &[Bitfield]| {
+            let missed = missed(&pictures, &faces, united);
+            format!(
+                "{}, {}",
+                missed.iter().sum::<u32>(),
+                percentile(&missed, 1.0)
+            )
+        };
+        let settings = PatchSettings::default();
+        let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
+        let joined = patches.ranges(&united, settings.most_ranges);
+        let drawn = drawn(&joined, &patches.order);
+        let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
+        println!(
+            "| {SAMPLES} | {seed} | {} | {} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
+            sets.len(),
+            64 * rounds.len(),
+            share(&lists),
+            lists.bytes(),
+            missed_pixels(&united),
+            joined.bytes(),
+            share(&joined),
+            missed_pixels(&drawn),
+        );
     }
 }
 
+/// Primitives that an id buffer shows, each with its number of pixels.
+fn counted(mut ids: Vec<u32>) -> Vec<[u32; 2]> {
+    ids.retain(|id| *id != NONE);
+    ids.sort_unstable();
+    let runs = ids.chunk_by(|a, b| a == b);
+    runs.map(|run| [run[0], run.len() as u32]).collect()
+}
+
+/// What lists of ranges of patches draw.
+///
+/// * `order` - the primitive at each place
+fn drawn(lists: &FaceRanges, order: &[u32]) -> Vec<Bitfield> {
+    let drawn = |face| {
+        let places = lists.of(face).iter().cloned().flatten();
+        let ids: Vec<u32> = places.map(|at| order[at as usize]).collect();
+        Bitfield::from_ids(order.len() as u32, &ids)
+    };
+    (0..lists.faces()).map(drawn).collect()
+}
+
 /// What 55 id buffers of each model take.
-fn buffers(all: &[Sampled]) {
+fn buffers(all: &[Sampled<'_>]) {
     println!(
         "\nSeconds for 55 id buffers of {} x {} pixels and their sets.\n",
         BUFFER[0], BUFFER[1]
@@ -491,8 +543,9 @@ fn buffers(all: &[Sampled]) {
     println!("| model | primitives | seconds |\n|---|---|---|");
     for Sampled { model, .. } in all {
         let textures = Textures::new(&model.scene);
+        let offsets = Distances::only(model.distance()).viewpoints(&even_directions(55));
         let start = Instant::now();
-        black_box(model.sets(&textures, &even_directions(55)));
+        black_box(model.sets(&textures, &offsets));
         let seconds = start.elapsed().as_secs_f64();
         println!("| {} | {} | {seconds:.1} |", model.name, model.primitives);
     }
@@ -541,7 +594,7 @@ fn unions() {
 }
 
 /// What a lookup takes, over numbers of samples.
-fn lookups(all: &[Sampled]) {
+fn lookups(all: &[Sampled<'_>]) {
     println!("\nNanoseconds from a direction to its ranges, over 10^5 directions in no order.\n");
     println!("| samples | faces | ns |\n|---|---|---|");
     let sets = all.first().map(|sampled| &sampled.sets[0]);
