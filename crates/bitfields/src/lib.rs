@@ -16,9 +16,14 @@ mod held_back;
 
 mod adaptive;
 
+mod cells;
+mod cube_map;
+
 pub use adaptive::{Adapted, AdaptiveSettings, adapt};
 pub use bitfield::Bitfield;
+pub use cells::{CellSet, CellSettings, cell_set};
 pub use connectivity::with_neighbors;
+pub use cube_map::cube_map;
 pub use directions::{even_directions, widest_gap};
 pub use distances::Distances;
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
