@@ -2,33 +2,21 @@
 //! patches and lookups cost.
 
 use crate::models;
+use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURE, PICTURES, counted};
 use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Samples,
-    Triangulation, adapt, culled_share, even_directions, face_sets, patches, with_neighbors,
+    Triangulation, adapt, culled_share, even_directions, face_sets, patches,
 };
-use farfield_sampling::{NONE, Textures, rasterize};
-use farfield_scene::Scene;
-use farfield_views::{Camera, Extent, Pose, low_discrepancy_point, sphere_direction};
-use glam::{DVec3, Vec3};
+use farfield_sampling::{NONE, Textures};
+use farfield_views::sphere_direction;
+use glam::DVec3;
 use roaring::RoaringBitmap;
-use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::ops::Range;
 use std::time::Instant;
 
-/// The paper's samples, the pixels of their id buffers, and of the pictures that they are judged by.
-const SAMPLES: u32 = 25;
-const BUFFER: [u32; 2] = [1320, 1074];
-const PICTURE: u32 = 255;
-
-/// Pictures are taken from so many directions.
-const PICTURES: u32 = 320;
-
-/// Where one distance is asked for, id buffers and pictures show so many radians.
-const FOV: f64 = std::f64::consts::FRAC_PI_4;
-
-/// Of a range of distances, the greatest is so many times that distance, which is the least.
-const FARTHEST: f64 = 4.0;
+/// The paper's samples.
+pub(crate) const SAMPLES: u32 = 25;
 
 const MODELS: [models::Entry; 4] = [
     models::DENSE[0],
@@ -36,147 +24,6 @@ const MODELS: [models::Entry; 4] = [
     models::DENSE[2],
     models::LARGE[0],
 ];
-
-/// A scene whose triangles are numbered as they are drawn, object by object.
-struct Numbered {
-    name: &'static str,
-    scene: Scene,
-    /// The number of each object's first triangle.
-    first: Vec<u32>,
-    primitives: u32,
-    center: DVec3,
-    /// Of a sphere around all of it.
-    radius: f64,
-    /// Three vertices of each triangle, the same one where they are in the same place.
-    welded: Vec<[u32; 3]>,
-    /// The plane of each triangle: (normal, offset); its front is where the product with a point is
-    /// greater. `None` for what is seen from both sides.
-    planes: Vec<Option<(DVec3, f64)>>,
-}
-
-impl Numbered {
-    fn new(name: &'static str, scene: Scene) -> Self {
-        let mut primitives = 0;
-        let first = (0..scene.objects.len() as u32)
-            .map(|object| {
-                let first = primitives;
-                primitives += scene.mesh_of(object).triangles.len() as u32;
-                first
-            })
-            .collect();
-        let mut vertices = BTreeMap::new();
-        let (mut welded, mut planes) = (Vec::new(), Vec::new());
-        let materials = (0..scene.objects.len() as u32).flat_map(|object| {
-            let triangles = scene.mesh_of(object).triangles.clone();
-            triangles.map(|triangle| scene.triangle_materials[triangle as usize])
-        });
-        for (corners, material) in scene.triangles_in_world().zip(materials) {
-            welded.push(corners.map(|corner| {
-                let next = vertices.len() as u32;
-                *vertices
-                    .entry(corner.to_array().map(f64::to_bits))
-                    .or_insert(next)
-            }));
-            let [a, b, c] = corners;
-            let normal = (b - a).cross(c - a);
-            let single_sided = !scene.materials[material as usize].double_sided;
-            planes.push(single_sided.then_some((normal, normal.dot(a))));
-        }
-        let [min, max] = scene.bounds().expect("the model has triangles");
-        Self {
-            name,
-            scene,
-            first,
-            primitives,
-            center: (min + max) / 2.0,
-            radius: min.distance(max) / 2.0,
-            welded,
-            planes,
-        }
-    }
-
-    /// The one distance from the centre at which the model fills [`FOV`], in metres.
-    fn distance(&self) -> f64 {
-        self.radius / (FOV / 2.0).sin()
-    }
-
-    /// From that one distance on, with samples at either end.
-    fn distances(&self) -> Distances {
-        let nearest = self.distance();
-        Distances {
-            nearest,
-            farthest: FARTHEST * nearest,
-            samples: 2,
-        }
-    }
-
-    /// What is seen at an offset from the centre, in a picture of these pixels that just holds the
-    /// model.
-    fn ids(&self, textures: &Textures<'_>, offset: DVec3, [width, height]: [u32; 2]) -> Vec<u32> {
-        let eye = self.center + offset;
-        // What the model spans, along the smaller side.
-        let half = (self.radius / offset.length()).asin();
-        let sides = f64::from(width.max(height)) / f64::from(width.min(height));
-        let fov = 2.0 * (half.tan() * sides).atan();
-        let camera = Camera {
-            pose: Pose::looking_along(eye, self.center - eye),
-            extent: Extent::symmetric(fov, width, height),
-            width,
-            height,
-        };
-        self.ids_of(textures, &camera)
-    }
-
-    /// What a camera sees.
-    fn ids_of(&self, textures: &Textures<'_>, camera: &Camera) -> Vec<u32> {
-        let seen = rasterize(&self.scene, textures, camera);
-        let pixels = seen.objects.cells().iter().zip(seen.triangles.cells());
-        let id = |(&object, &triangle): (&u32, &u32)| match object {
-            NONE => NONE,
-            _ => {
-                let start = self.scene.mesh_of(object).triangles.start;
-                self.first[object as usize] + triangle - start
-            }
-        };
-        pixels.map(id).collect()
-    }
-
-    /// What samples see, and the neighbours of it that face them.
-    fn grown(&self, sets: &[Bitfield], offsets: &[DVec3]) -> Vec<Bitfield> {
-        let grown = |(set, &offset): (&Bitfield, &DVec3)| {
-            let eye = self.center + offset;
-            with_neighbors(set, &self.welded, |id| {
-                self.planes[id as usize].is_none_or(|(normal, height)| normal.dot(eye) > height)
-            })
-        };
-        sets.iter().zip(offsets).map(grown).collect()
-    }
-
-    /// What is seen at each offset from the centre.
-    fn sets(&self, textures: &Textures<'_>, offsets: &[DVec3]) -> Vec<Bitfield> {
-        let set = |&offset: &DVec3| {
-            Bitfield::from_ids(self.primitives, &self.ids(textures, offset, BUFFER))
-        };
-        offsets.iter().map(set).collect()
-    }
-
-    /// Pictures from all around at distances in no order, and where they are taken.
-    fn pictures(&self, textures: &Textures<'_>, distances: &Distances) -> Vec<(DVec3, Vec<u32>)> {
-        let picture = |index| {
-            let distance = distances.at(low_discrepancy_point(index, 0).z);
-            let offset = sphere_direction(index as u32, PICTURES) * distance;
-            (offset, self.ids(textures, offset, [PICTURE; 2]))
-        };
-        (0..u64::from(PICTURES)).map(picture).collect()
-    }
-
-    fn centers(&self) -> Vec<Vec3> {
-        let triangles = self.scene.triangles_in_world();
-        triangles
-            .map(|[a, b, c]| ((a + b + c) / 3.0 - self.center).as_vec3())
-            .collect()
-    }
-}
 
 /// A model with its samples, and the pictures that they are judged by.
 struct Sampled<'a> {
@@ -259,7 +106,7 @@ fn missed(pictures: &[(DVec3, Vec<u32>)], faces: &Triangulation, united: &[Bitfi
 }
 
 /// The value that a share of ascending values do not exceed.
-fn percentile(ascending: &[u32], share: f64) -> u32 {
+pub(crate) fn percentile(ascending: &[u32], share: f64) -> u32 {
     ascending[((ascending.len() as f64 * share).ceil() as usize).max(1) - 1]
 }
 
@@ -514,18 +361,10 @@ fn adaptive(model: &Numbered, clean_views: u32) {
     }
 }
 
-/// Primitives that an id buffer shows, each with its number of pixels.
-fn counted(mut ids: Vec<u32>) -> Vec<[u32; 2]> {
-    ids.retain(|id| *id != NONE);
-    ids.sort_unstable();
-    let runs = ids.chunk_by(|a, b| a == b);
-    runs.map(|run| [run[0], run.len() as u32]).collect()
-}
-
 /// What lists of ranges of patches draw.
 ///
 /// * `order` - the primitive at each place
-fn drawn(lists: &FaceRanges, order: &[u32]) -> Vec<Bitfield> {
+pub(crate) fn drawn(lists: &FaceRanges, order: &[u32]) -> Vec<Bitfield> {
     let drawn = |face| {
         let places = lists.of(face).iter().cloned().flatten();
         let ids: Vec<u32> = places.map(|at| order[at as usize]).collect();

@@ -8,7 +8,9 @@
 //! `-- auto` tries and fits what `bake --technique auto` predicts, `-- tdm` prints the paper's table of
 //! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer,
 //! `-- bitfields` the tables of ID-bitfields, `-- distances` those of samples at two distances,
-//! `-- adaptive` what it takes until these miss nothing, of all models or, `-- adaptive NAME`, of one.
+//! `-- adaptive` what it takes until these miss nothing, of all models or, `-- adaptive NAME`, of one,
+//! `-- culled` what they leave to draw beside other ways to draw less, `-- cells` what view cells amid
+//! towns see.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
@@ -19,8 +21,10 @@ mod bakes;
 mod bitfields;
 mod capture;
 mod compare;
+mod culled;
 mod growth;
 mod models;
+mod numbered;
 mod octahedral;
 mod passes;
 mod picture;
@@ -32,6 +36,7 @@ mod simplified;
 mod simplify;
 mod stages;
 mod tdm;
+mod view_cells;
 
 use criterion::Criterion;
 use models::Layered;
@@ -74,6 +79,12 @@ fn main() {
     if let Some(at) = asked("adaptive") {
         let name = arguments.get(at + 1).map_or("", String::as_str);
         return bitfields::adaptive_tables(name);
+    }
+    if asked("culled").is_some() {
+        return culled::table();
+    }
+    if asked("cells").is_some() {
+        return view_cells::tables();
     }
     if asked("distances").is_some() {
         return bitfields::distances_table();

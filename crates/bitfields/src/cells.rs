@@ -415,8 +415,7 @@ mod tests {
         }
     }
 
-    /// A wall with a slit hides a ball from all of the first samples; the views that see it have
-    /// samples taken around them, and more than where nothing is missed.
+    /// Where each step uncovers something else, samples gather; elsewhere there are few.
     #[test]
     fn samples_gather_where_views_disagree() {
         // Primitive 0 is seen from everywhere, 1 to 100 each from within a slab 0.03 m wide.

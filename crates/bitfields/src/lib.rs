@@ -18,6 +18,7 @@ mod adaptive;
 
 mod cells;
 mod cube_map;
+mod grid;
 
 pub use adaptive::{Adapted, AdaptiveSettings, adapt};
 pub use bitfield::Bitfield;
@@ -27,7 +28,8 @@ pub use cube_map::cube_map;
 pub use directions::{even_directions, widest_gap};
 pub use distances::Distances;
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
+pub use grid::CellGrid;
 pub use held_back::Round;
 pub use lookup::Lookup;
-pub use patches::{PatchSettings, Patches, patches};
+pub use patches::{PatchSettings, Patches, cell_patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
