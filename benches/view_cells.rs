@@ -18,11 +18,11 @@ const VIEW: u32 = 256;
 const TOLERATED: u64 = 40;
 
 /// Views in a row that must not miss more, and samples at most.
-const CLEAN: u32 = 300;
+const CLEAN: u32 = 200;
 const MOST_SAMPLES: u32 = 400;
 
 /// Other views, which cells are judged by.
-const OTHERS: u64 = 100;
+const OTHERS: u64 = 50;
 
 /// How high a cell's middle is above the ground, and how high a cell is, in metres.
 const EYE: f64 = 1.8;

@@ -4,6 +4,7 @@ mod bitfield;
 mod connectivity;
 
 mod directions;
+mod merged;
 mod triangulation;
 
 mod faces;
@@ -31,5 +32,6 @@ pub use faces::{FaceRanges, Samples, culled_share, face_sets};
 pub use grid::CellGrid;
 pub use held_back::Round;
 pub use lookup::Lookup;
+pub use merged::{merge_directions, unite_merged};
 pub use patches::{PatchSettings, Patches, cell_patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
