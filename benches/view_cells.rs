@@ -37,7 +37,7 @@ const CITIES: [models::Entry; 2] = [
 ];
 
 /// Cells of a grid along either side.
-const GRID: u32 = 3;
+const GRID: u32 = 2;
 
 /// Prints the tables.
 pub(crate) fn tables() {
@@ -51,17 +51,18 @@ pub(crate) fn tables() {
          worst | with 27 samples: kept | missed: mean | worst |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
-    let towns = [("town", 100_000), ("town", 500_000)]
-        .map(|(name, triangles)| Numbered::new(name, farfield_town::town(0, triangles)));
-    let cities = models::read(&CITIES).into_iter();
-    let cities = cities.map(|model| Numbered::new(model.name, model.scene));
-    for (index, model) in towns.into_iter().chain(cities).enumerate() {
-        let place = Place::new(&model, SIDES[1]);
+    let town = |triangles| Numbered::new("town", farfield_town::town(0, triangles));
+    let rows = |model: &Numbered| {
+        let place = Place::new(model, SIDES[1]);
         SIDES.iter().for_each(|side| row(&place, *side));
-        if index == 0 {
-            grid(&place);
-        }
+    };
+    let small = town(100_000);
+    rows(&small);
+    for model in models::read(&CITIES) {
+        rows(&Numbered::new(model.name, model.scene));
     }
+    rows(&town(500_000));
+    grid(&Place::new(&small, SIDES[1]));
 }
 
 /// Where to stand in a scene.
@@ -192,10 +193,10 @@ fn row(place: &Place<'_>, side: f64) {
 /// Cells side by side, with lists of ranges in one order of patches.
 fn grid(place: &Place<'_>) {
     let model = place.model;
-    let size = DVec3::new(SIDES[1], HEIGHT, SIDES[1]) / DVec3::new(3.0, 1.0, 3.0);
+    let all = DVec3::new(SIDES[1], HEIGHT, SIDES[1]);
     let grid = CellGrid {
-        min: place.eye - size * DVec3::new(1.5, 0.5, 1.5),
-        size,
+        min: place.eye - all / 2.0,
+        size: all / DVec3::new(GRID.into(), 1.0, GRID.into()),
         counts: [GRID, 1, GRID],
     };
     let start = Instant::now();
@@ -216,7 +217,7 @@ fn grid(place: &Place<'_>) {
     println!(
         "\n{GRID} x {GRID} cells of {:.1} m in the {} of {} triangles, {seconds:.0} s: primitives kept \
          {:.1} %, {} bytes; in patches of {}, {} ranges a cell at most: {:.1} %, {} bytes.\n",
-        size.x,
+        grid.size.x,
         model.name,
         model.primitives,
         kept(&exact),

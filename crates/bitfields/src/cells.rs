@@ -364,9 +364,13 @@ mod tests {
         /// seen from somewhere in the cell.
         #[test]
         fn the_set_is_what_was_seen_in_the_cell(
-            (balls, cell) in scenes(), most_samples in 0..60u32, seed: u64,
+            (balls, cell) in scenes(),
+            most_samples in 0..60u32,
+            // Few, so that samples see what no view did.
+            most_views in 1..40u32,
+            seed: u64,
         ) {
-            let settings = CellSettings { most_samples, clean_views: 100, seed, ..SETTINGS };
+            let settings = CellSettings { most_samples, most_views, seed, ..SETTINGS };
             let [mut sampled, mut looked] = [Vec::new(), Vec::new()];
             let found = cell_set(
                 &cell,
@@ -430,22 +434,51 @@ mod tests {
             center: DVec3::splat(0.5),
             size: DVec3::ONE,
         };
-        let found = cell_set(
-            &cell,
-            &SETTINGS,
-            |viewpoints| {
-                let sets = viewpoints.iter();
-                sets.map(|eye| Bitfield::from_ids(101, &ids(eye))).collect()
-            },
-            |viewpoints| {
-                let shown = |eye: &DVec3| ids(eye).iter().map(|id| [*id, 5]).collect();
-                viewpoints.iter().map(shown).collect()
-            },
-        );
-        assert_eq!(found.set.len(), 101);
-        let later = &found.viewpoints[27..];
+        let found = |most_samples| {
+            let settings = CellSettings {
+                most_samples,
+                ..SETTINGS
+            };
+            cell_set(
+                &cell,
+                &settings,
+                |viewpoints| {
+                    let sets = viewpoints.iter();
+                    sets.map(|eye| Bitfield::from_ids(101, &ids(eye))).collect()
+                },
+                |viewpoints| {
+                    let shown = |eye: &DVec3| ids(eye).iter().map(|id| [*id, 5]).collect();
+                    viewpoints.iter().map(shown).collect()
+                },
+            )
+        };
+        let all = found(SETTINGS.most_samples);
+        assert_eq!(all.set.len(), 101);
+        let later = &all.viewpoints[27..];
         let near = later.iter().filter(|eye| (0.5..1.0).contains(&eye.x));
         assert!(later.len() > 50 && near.count() * 10 > later.len() * 7);
+        // Views see the rest where samples may not.
+        for most_samples in [0, 1, 2, 5, 10] {
+            let few = found(most_samples);
+            assert_eq!(few.set.len(), 101);
+            assert!(few.viewpoints.len() <= 27 + most_samples as usize);
+            assert!(few.viewpoints.len() + 2 > 27 + most_samples as usize);
+        }
+    }
+
+    /// Every second view is on the border of the cell, on all of its faces in the end.
+    #[test]
+    fn every_second_view_is_on_the_border() {
+        let mut faces = [0; 6];
+        for index in 0..600 {
+            let fractions = view_fractions(index, 3).to_array();
+            assert!(fractions.iter().all(|c| (0.0..=1.0).contains(c)));
+            let on = (0..6).filter(|face| fractions[face / 2] == (face % 2) as f64);
+            let on: Vec<usize> = on.collect();
+            assert_eq!(on.len() as u64, index % 2);
+            on.iter().for_each(|face| faces[*face] += 1);
+        }
+        assert!(faces.iter().all(|count| *count > 30), "{faces:?}");
     }
 
     /// A cell that is a point is sampled once, and a flat one nine times, before views come.
