@@ -14,7 +14,7 @@ pub(crate) const PICTURE: u32 = 255;
 /// Pictures are taken from so many directions.
 pub(crate) const PICTURES: u32 = 320;
 
-/// Where one distance is asked for, pictures show so many radians.
+/// Where one distance is asked for, the larger side of pictures shows so many radians.
 const FOV: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Of a range of distances, the greatest is so many times that distance, which is the least.
@@ -80,14 +80,16 @@ impl Numbered {
         }
     }
 
-    /// The one distance from the centre at which the model fills [`FOV`], in metres.
-    pub(crate) fn distance(&self) -> f64 {
-        self.radius / (FOV / 2.0).sin()
+    /// The one distance from the centre at which a picture of these pixels, whose larger side shows
+    /// [`FOV`], just holds the model, in metres.
+    pub(crate) fn distance(&self, [width, height]: [u32; 2]) -> f64 {
+        let extent = Extent::symmetric(FOV, width, height);
+        self.radius / extent.max.min_element().atan().sin()
     }
 
-    /// From that one distance on, with samples at either end.
+    /// From the one distance of pictures on, with samples at either end.
     pub(crate) fn distances(&self) -> Distances {
-        let nearest = self.distance();
+        let nearest = self.distance([PICTURE; 2]);
         Distances {
             nearest,
             farthest: FARTHEST * nearest,
