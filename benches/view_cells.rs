@@ -28,6 +28,9 @@ const OTHERS: u64 = 50;
 const EYE: f64 = 1.8;
 const HEIGHT: f64 = 1.6;
 
+/// Houses within so many metres tell where the ground is, where there is none.
+const NEAR: f64 = 30.0;
+
 /// Sides of cells, in metres.
 const SIDES: [f64; 2] = [2.0, 10.0];
 
@@ -73,11 +76,24 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// The place nearest to the middle of the scene where a cell has nothing above it and nothing
-    /// in it.
+    /// A place near the middle of the scene, on the ground, where a cell has nothing above it and
+    /// nothing in it.
     fn new(model: &'a Numbered, side: f64) -> Self {
         let tracer = Tracer::new(&model.scene);
         let [min, max] = model.scene.bounds().expect("the scene has triangles");
+        let mut ground = model.scene.clone();
+        ground
+            .objects
+            .retain(|object| object.name.starts_with("ground"));
+        let ground = (!ground.objects.is_empty()).then(|| Tracer::new(&ground));
+        let below = |tracer: &Tracer, from| {
+            tracer.nearest_to_range(from, DVec3::NEG_Y, [0.0, f64::INFINITY])
+        };
+        let lowest_near = |place: DVec3| {
+            let corners = model.scene.triangles_in_world().flatten();
+            let near = corners.filter(|c| (*c - place).with_y(0.0).length() < NEAR);
+            near.map(|corner| corner.y).min_by(f64::total_cmp)
+        };
         let free = |eye: &DVec3| {
             let cell = cell(*eye, side);
             let blocked = |fractions: DVec3| {
@@ -98,15 +114,23 @@ impl<'a> Place<'a> {
                 max.y + 1.0,
                 model.center.z + offset.z,
             );
-            // Where a model has no ground, its lowest point is.
-            let down = tracer.nearest_to_range(above, DVec3::NEG_Y, [0.0, f64::INFINITY]);
-            let ground = down.map_or(min.y, |down| above.y - down);
-            DVec3::new(above.x, ground + EYE, above.z)
+            let first = below(&tracer, above);
+            let ground = match &ground {
+                Some(ground) => first
+                    .filter(|first| below(ground, above) == Some(*first))
+                    .map(|first| above.y - first),
+                // In models of houses alone, it is where houses nearby end.
+                None if first.is_none() => lowest_near(above),
+                None => None,
+            };
+            Some(DVec3::new(above.x, ground? + EYE, above.z))
         };
+        let eye = (0..20_000).filter_map(eye).find(free);
+        let eye = eye.expect("somewhere is room");
         Self {
             model,
             textures: Textures::new(&model.scene),
-            eye: (0..20_000).map(eye).find(free).expect("somewhere is room"),
+            eye,
         }
     }
 
@@ -175,8 +199,9 @@ fn row(place: &Place<'_>, side: f64) {
     let point = &place.sets(&[place.eye])[0];
     let share = |set: &Bitfield| 100.0 * f64::from(set.len()) / f64::from(model.primitives);
     println!(
-        "| {} | {} | {side} m | {} | {} | {seconds:.0} | {} ({:.1} %) | {:.1} % | {} | {:.1} % | {} |",
+        "| {} at {:.0} | {} | {side} m | {} | {} | {seconds:.0} | {} ({:.1} %) | {:.1} % | {} | {:.1} % | {} |",
         model.name,
+        place.eye,
         model.primitives,
         found.viewpoints.len(),
         // Full batches but for the last.
