@@ -26,7 +26,7 @@ const AT_A_TIME: u64 = 60;
 
 /// How far beside the middles of pixels is looked along each axis, in pixels: holes that are narrower
 /// than a pixel are found from fewer viewpoints.
-const BETWEEN: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
+const BETWEEN: [f64; 1] = [0.0];
 
 /// How far around gaps squares are put, in voxels along each axis: in the voxel itself, then farther, and
 /// at last given up.
@@ -62,10 +62,11 @@ impl Sights<'_> {
         let others = OTHERS.step_by(AT_A_TIME as usize);
         let others = others.map(|first| (first..first + AT_A_TIME, &BETWEEN[..]));
         let mut open = BTreeSet::new();
+        let shrunk = shrunk(mesh);
         for (viewpoints, beside) in std::iter::once((FIRST, &[0.0][..])).chain(others) {
             let mut viewpoints: Vec<u64> = viewpoints.collect();
             for reach in REACHES {
-                let closed = with_squares(mesh, voxels, &open);
+                let closed = with_squares(&shrunk, voxels, &open);
                 let gaps = self.gaps(&viewpoints, beside, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
@@ -185,6 +186,40 @@ pub(super) fn with_squares(
     positions.extend(corners);
     triangles.extend(squares.iter().map(|square| square.map(|v| first + v)));
     (positions, triangles)
+}
+
+/// By how much borders are moved inwards when a mesh is looked at, in voxels: a hole is found however
+/// narrow it is, and the mesh is closed where it hardly is.
+const MARGIN: f32 = 0.25;
+
+/// A mesh whose borders lie within it.
+fn shrunk(mesh: &Mesh) -> Mesh {
+    let mut edges: Vec<([u32; 2], u32)> = Vec::new();
+    for (i, t) in (0..).zip(&mesh.triangles) {
+        for [a, b] in [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]] {
+            edges.push(([a.min(b), a.max(b)], i));
+        }
+    }
+    edges.sort_unstable();
+    let mut inwards = vec![Vec3::ZERO; mesh.positions.len()];
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        let &[([a, b], triangle)] = edge else {
+            continue;
+        };
+        let corners = mesh.triangles[triangle as usize];
+        let opposite = corners.into_iter().find(|v| *v != a && *v != b);
+        let opposite = opposite.expect("a triangle has three corners");
+        let [p, q, r] = [a, b, opposite].map(|v| mesh.positions[v as usize]);
+        let across = (r - p).reject_from((q - p).normalize_or(Vec3::X));
+        let across = across.clamp_length_max(1.0);
+        inwards[a as usize] += across;
+        inwards[b as usize] += across;
+    }
+    let mut shrunk = mesh.clone();
+    for (position, inwards) in shrunk.positions.iter_mut().zip(inwards) {
+        *position += inwards.clamp_length_max(1.0) * MARGIN;
+    }
+    shrunk
 }
 
 /// A mesh as a scene, seen from both sides, without textures.
