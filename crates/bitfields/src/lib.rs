@@ -9,6 +9,7 @@ mod triangulation;
 mod faces;
 mod lookup;
 
+mod parts;
 mod patches;
 
 mod adaptive;
@@ -19,5 +20,6 @@ pub use connectivity::with_neighbors;
 pub use directions::{even_directions, widest_gap};
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
 pub use lookup::Lookup;
+pub use parts::patches_in_parts;
 pub use patches::{PatchSettings, Patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
