@@ -27,6 +27,7 @@ pub(super) fn certificate(manifest: &Manifest, report: &VerifyReport) -> Certifi
             coverage_error: report.spread.coverage_error.max,
             colour_bias: report.colour_bias.abs(),
             stray_colours: report.stray_colours,
+            missed_pixels: None,
             flip: report.flip_worst_view_mean,
             worst_view: report.worst_view,
         },

@@ -223,7 +223,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
         notes: &manifest.promise.notes,
         edges: match manifest.technique {
             Technique::Layered { .. } => "Outlines of the quads",
-            Technique::Tdm { .. } => "Edges of the triangles",
+            Technique::Tdm { .. } | Technique::Bitfields { .. } => "Edges of the triangles",
         },
         wireframes: wireframe_views(sources.subjects),
         sheets: made
@@ -248,7 +248,7 @@ fn summary(manifest: &Manifest) -> String {
     };
     let aim = match space {
         ViewSpace::Amid { .. } => "look anywhere",
-        ViewSpace::Before { .. } | ViewSpace::Around { .. } => {
+        ViewSpace::Before { .. } | ViewSpace::Around { .. } | ViewSpace::Shell { .. } => {
             "look at the centre of what is represented"
         }
     };

@@ -1,6 +1,7 @@
 //! Whether a bundle keeps its promise.
 
 mod beyond;
+mod bitfields;
 mod certificate;
 mod construction;
 mod display;
@@ -74,10 +75,13 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let original = console.stage("read original", || {
         source::load_again(&manifest, dir, options.scene.as_deref())
     })?;
+    let Some(channels) = manifest.technique.channels() else {
+        return bitfields::verify(options, &manifest, original.scene, console);
+    };
     let mut original = original.scene;
     let space = &manifest.options.view_space;
     let kept = keep_represented(&mut original, space);
-    bake::channels::prepare(&mut original, manifest.technique.channels());
+    bake::channels::prepare(&mut original, channels);
     let display = read_impostors(dir, &manifest)?;
     let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
     let lens = PromisedCamera {
@@ -111,7 +115,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut report = report::summarise(
         &totals,
         coverage_at,
-        manifest.technique.channels(),
+        channels,
         construction::worst_of(&constructions),
         CostOfBoth {
             original: farfield_bundle::cost(&original),

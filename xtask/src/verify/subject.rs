@@ -112,6 +112,7 @@ impl<'a> Subject<'a> {
         quads: Side<'a>,
     ) -> Result<Self> {
         let body = impostor.body.layers();
+        let body = body.expect("what has pages has layers");
         let settings = settings(manifest, part);
         require_same_box(impostor.represented, part.represented)?;
         let stack = stack_of(body);
@@ -238,18 +239,31 @@ impl<'a> Subject<'a> {
 
 /// What a bundle says the impostor of a part was made for.
 pub(super) fn settings(manifest: &Manifest, part: &Part<'_>) -> Settings {
-    let (Technique::Layered { page_size, .. } | Technique::Tdm { page_size, .. }) =
-        manifest.technique;
+    let (Technique::Layered {
+        page_size,
+        foliage,
+        channels,
+        ..
+    }
+    | Technique::Tdm {
+        page_size,
+        foliage,
+        channels,
+        ..
+    }) = manifest.technique
+    else {
+        unreachable!("bitfields are no impostors");
+    };
     Settings {
         cell: part.cell,
         hull: part.hull,
         camera: part.camera,
         page_size,
-        foliage: match manifest.technique.foliage() {
+        foliage: match foliage {
             farfield_bundle::Foliage::Any => Foliage::Any,
             farfield_bundle::Foliage::Centre => Foliage::Centre,
         },
-        channels: manifest.technique.channels(),
+        channels,
     }
 }
 
