@@ -25,8 +25,8 @@ pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
-    CostOfBoth, CoverageAt, Place, Seams, Spread, Summary, SurfaceBias, VerifyOptions,
-    VerifyReport, verify,
+    BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
+    SurfaceBias, VerifyOptions, VerifyReport, verify,
 };
 pub use view_cell::ViewCellSpec;
 

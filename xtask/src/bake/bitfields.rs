@@ -13,7 +13,7 @@ use crate::view_cell::represented_box;
 use anyhow::{Context, Result, bail};
 use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Patches, Samples,
-    Triangulation, adapt, culled_share, face_sets, patches_in_parts,
+    Triangulation, adapt, culled_share, face_sets, patches_in_parts, with_neighbors,
 };
 use farfield_bundle::{
     BitfieldsBody, Body, Cost, FACES_FILE, FACES_FORMAT, FACES_VERSION, FORMAT, FaceLists,
@@ -126,7 +126,11 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     let textures = console.stage("prepare textures", || Textures::new(&scene));
     let sampler = Sampler::new(&scene, &textures, &orbit);
 
-    let sets = console.stage("sample", || sampler.sets(&viewpoints));
+    let welded = welded(&scene);
+    let sets = console.stage("sample", || match options.samples {
+        SampleChoice::Adaptive => sampler.grown_sets(&viewpoints, &welded),
+        SampleChoice::Even(_) | SampleChoice::Listed(_) => sampler.sets(&viewpoints),
+    });
     let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
     let parts = drawn::parts(&scene);
     let grouped = console.stage("group", || {
@@ -138,7 +142,8 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     let sets = sets.iter().map(|set| grouped.holding(set)).collect();
     let (faces, sets) = match options.samples {
         SampleChoice::Adaptive => console.stage("adapt", || {
-            adaptive(&sampler, &grouped, (faces, sets), options, console)
+            let sample = |directions: &[DVec3]| sampler.grown_sets(directions, &welded);
+            adaptive(&sampler, &grouped, (faces, sets), sample, options, console)
         })?,
         SampleChoice::Even(_) | SampleChoice::Listed(_) => (faces, sets),
     };
@@ -202,7 +207,7 @@ fn place(options: &BitfieldsOptions, represented: [DVec3; 2]) -> Result<(Vec<DVe
 }
 
 /// Looks at a scene.
-struct Sampler<'a> {
+pub(crate) struct Sampler<'a> {
     /// What hides what is behind it.
     solid: Scene,
     textures: &'a Textures<'a>,
@@ -213,7 +218,7 @@ struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    fn new(scene: &Scene, textures: &'a Textures<'a>, orbit: &'a Orbit) -> Self {
+    pub(crate) fn new(scene: &Scene, textures: &'a Textures<'a>, orbit: &'a Orbit) -> Self {
         let mut solid = drawn::without_images(scene);
         drawn::draw_only(&mut solid, drawn::solid(scene).into_iter());
         Self {
@@ -226,18 +231,46 @@ impl<'a> Sampler<'a> {
     }
 
     /// The triangles that can be seen in each direction, from the least and from the greatest distance.
-    fn sets(&self, directions: &[DVec3]) -> Vec<Bitfield> {
+    pub(crate) fn sets(&self, directions: &[DVec3]) -> Vec<Bitfield> {
+        self.sets_of(directions, |set, _| set)
+    }
+
+    /// The same, and those that share a vertex with one of them and face the viewer: at grazing angles
+    /// and between pixels these are seen next.
+    fn grown_sets(&self, directions: &[DVec3], welded: &[[u32; 3]]) -> Vec<Bitfield> {
+        self.sets_of(directions, |set, camera| {
+            let eye = camera.pose.eye - self.orbit.center;
+            with_neighbors(&set, welded, |id| self.faces(id, eye))
+        })
+    }
+
+    /// Whether a triangle can be seen from a point, given from the centre, if nothing is before it.
+    fn faces(&self, triangle: u32, point: DVec3) -> bool {
+        let scene = &self.solid;
+        let material = scene.triangle_materials[triangle as usize];
+        let [a, b, c] = scene.triangles[triangle as usize]
+            .map(|vertex| scene.positions[vertex as usize].as_dvec3());
+        scene.materials[material as usize].double_sided || (b - a).cross(c - a).dot(point - a) > 0.0
+    }
+
+    fn sets_of(
+        &self,
+        directions: &[DVec3],
+        grown: impl Fn(Bitfield, &Camera) -> Bitfield + Sync,
+    ) -> Vec<Bitfield> {
         let set = |direction: &DVec3| {
-            let mut set = Bitfield::from_ranges(self.triangles, &self.always);
+            let mut all = Bitfield::from_ranges(self.triangles, &self.always);
             for distance in self.orbit.distances {
+                let mut set = Bitfield::empty(self.triangles);
                 let camera = self
                     .orbit
                     .recorder(*direction, distance, crate::orbit::finer());
                 drawn::ids(&self.solid, self.textures, &camera, |ids| {
                     set.union_with(&Bitfield::from_ids(self.triangles, ids));
                 });
+                all.union_with(&grown(set, &camera));
             }
-            set
+            all
         };
         directions.par_iter().map(set).collect()
     }
@@ -262,6 +295,15 @@ impl<'a> Sampler<'a> {
             counts.map(|(patch, pixels)| [patch, pixels]).collect()
         };
         directions.par_iter().enumerate().map(picture).collect()
+    }
+
+    /// The triangles that a camera sees, each with its number of pixels, ascending.
+    pub(crate) fn counted(&self, camera: &Camera) -> Vec<[u32; 2]> {
+        let mut all = Vec::new();
+        self.look(camera, |id| all.push(id));
+        all.sort_unstable();
+        let runs = all.chunk_by(|a, b| a == b);
+        runs.map(|run| [run[0], run.len() as u32]).collect()
     }
 
     /// Names the triangle at each pixel that shows one.
@@ -299,7 +341,7 @@ pub(crate) fn is_in(ranges: &[Range<u32>], place: u32) -> bool {
 }
 
 /// The value that a share of ascending values do not exceed.
-fn percentile(ascending: &[u64], share: f64) -> u64 {
+pub(crate) fn percentile(ascending: &[u64], share: f64) -> u64 {
     let at = (ascending.len() as f64 * share).ceil() as usize;
     ascending.get(at.max(1) - 1).copied().unwrap_or(0)
 }
@@ -361,6 +403,7 @@ fn adaptive(
     sampler: &Sampler<'_>,
     grouped: &Grouped,
     (faces, sets): (Triangulation, Vec<Bitfield>),
+    new_sets: impl Fn(&[DVec3]) -> Vec<Bitfield>,
     options: &BitfieldsOptions,
     console: &Console,
 ) -> Result<(Triangulation, Vec<Bitfield>)> {
@@ -375,7 +418,7 @@ fn adaptive(
     let sample = |directions: &[DVec3]| match known.take() {
         Some(sets) => sets,
         None => {
-            let sets = sampler.sets(directions);
+            let sets = new_sets(directions);
             sets.iter().map(|set| grouped.holding(set)).collect()
         }
     };
@@ -447,6 +490,27 @@ pub(crate) fn promise(held_back: u32, measured: Option<u64>) -> Promise {
         notes: vec![AIM.into(), MISSED.into(), found],
         ..Promise::default()
     }
+}
+
+/// Three vertices of each triangle, the same one where they are in the same place: files double them where
+/// normals or texture coordinates differ.
+fn welded(scene: &Scene) -> Vec<[u32; 3]> {
+    let bits = |vertex: &u32| {
+        scene.positions[*vertex as usize]
+            .to_array()
+            .map(f32::to_bits)
+    };
+    let mut sorted: Vec<u32> = (0..scene.positions.len() as u32).collect();
+    sorted.sort_unstable_by_key(bits);
+    let mut first = vec![0; sorted.len()];
+    for same in sorted.chunk_by(|a, b| bits(a) == bits(b)) {
+        same.iter()
+            .for_each(|vertex| first[*vertex as usize] = same[0]);
+    }
+    let triangles = scene.triangles.iter();
+    triangles
+        .map(|t| t.map(|vertex| first[vertex as usize]))
+        .collect()
 }
 
 fn centers(scene: &Scene) -> Vec<Vec3> {

@@ -21,6 +21,7 @@ use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow, bail};
 pub use bitfields::{BitfieldsOptions, HELD_BACK, bake_bitfields};
+pub(crate) use bitfields::{Sampler, cost_of_a_face, is_in, percentile};
 use farfield_bundle::{
     Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,

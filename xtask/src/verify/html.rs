@@ -47,7 +47,7 @@ struct Page<'a> {
 }
 
 #[derive(Serialize)]
-struct CostRow {
+pub(super) struct CostRow {
     name: &'static str,
     original: String,
     impostor: String,
@@ -147,7 +147,7 @@ struct AtlasPage {
 }
 
 #[derive(Serialize)]
-struct Fact {
+pub(super) struct Fact {
     name: &'static str,
     value: String,
 }
@@ -233,6 +233,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
         facts: facts(manifest, sources.dir),
     };
     let mut environment = Environment::new();
+    environment.add_template("style.css", include_str!("style.css"))?;
     environment.add_template("report.html", include_str!("report.html"))?;
     Ok(environment
         .get_template("report.html")?
@@ -261,7 +262,7 @@ fn summary(manifest: &Manifest) -> String {
     )
 }
 
-fn cost(report: &VerifyReport) -> Vec<CostRow> {
+pub(super) fn cost(report: &VerifyReport) -> Vec<CostRow> {
     let (before, after) = (&report.cost.original, &report.cost.impostor);
     let row = |name, original: u64, impostor: u64| CostRow {
         name,
@@ -489,7 +490,7 @@ fn atlas(display: &Scene) -> Vec<AtlasPage> {
     images.iter().enumerate().map(page).collect()
 }
 
-fn facts(manifest: &Manifest, dir: &Path) -> Vec<Fact> {
+pub(super) fn facts(manifest: &Manifest, dir: &Path) -> Vec<Fact> {
     let fact = |name, value| Fact { name, value };
     let scene = match &manifest.scene {
         SceneSource::File { path, sha256 } => format!("{path}, SHA-256 {sha256}"),
@@ -517,12 +518,12 @@ fn facts(manifest: &Manifest, dir: &Path) -> Vec<Fact> {
     ]
 }
 
-fn data_uri(png: &[u8]) -> String {
+pub(super) fn data_uri(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png))
 }
 
 /// Digits in groups of three.
-fn grouped(number: u64) -> String {
+pub(super) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups = digits.as_bytes().rchunks(3).rev();
     let groups: Vec<_> = groups.map(String::from_utf8_lossy).collect();

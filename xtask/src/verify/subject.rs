@@ -282,7 +282,7 @@ fn pyramid(camera: &Camera) -> [DVec4; 4] {
 }
 
 /// Refuses a manifest whose impostor stands for something else than the original.
-fn require_same_box(stated: [DVec3; 2], found: [DVec3; 2]) -> Result<()> {
+pub(super) fn require_same_box(stated: [DVec3; 2], found: [DVec3; 2]) -> Result<()> {
     // Other builds round otherwise.
     let digits = 1e-9 * found[0].abs().max(found[1].abs()).max_element();
     let is_same = (0..2).all(|i| stated[i].abs_diff_eq(found[i], digits));
