@@ -10,11 +10,12 @@ use std::f64::consts::TAU;
 /// within: pictures that hold all of it become too large.
 pub(crate) const NEAREST: f64 = 1.1;
 
-/// How many times finer than the pixels of pictures those of the bake are, along each side. PENDING
-pub(crate) const FINER: f64 = 1.5;
-pub(crate) fn finer() -> f64 {
-    std::env::var("FINER").map_or(FINER, |t| t.parse().unwrap())
-}
+/// How many times finer than the pixels of pictures those of the bake are, along each side.
+///
+/// On the bunny 1.5 and 2 and 3 were tried with adaptive samples: with 1.5 more views missed single
+/// pixels, each of which makes sets larger, and a tenth less was culled; 3 culled 22.5 % where 2 culls
+/// 21.7 %, and takes more than twice as long to sample.
+pub(crate) const FINER: f64 = 2.0;
 
 /// Pixels along each side of what the bake sees: more take minutes each.
 const MOST_PIXELS: f64 = 32_768.0;

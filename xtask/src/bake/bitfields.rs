@@ -262,9 +262,7 @@ impl<'a> Sampler<'a> {
             let mut all = Bitfield::from_ranges(self.triangles, &self.always);
             for distance in self.orbit.distances {
                 let mut set = Bitfield::empty(self.triangles);
-                let camera = self
-                    .orbit
-                    .recorder(*direction, distance, crate::orbit::finer());
+                let camera = self.orbit.recorder(*direction, distance, FINER);
                 drawn::ids(&self.solid, self.textures, &camera, |ids| {
                     set.union_with(&Bitfield::from_ids(self.triangles, ids));
                 });
@@ -408,7 +406,7 @@ fn adaptive(
     console: &Console,
 ) -> Result<(Triangulation, Vec<Bitfield>)> {
     let settings = AdaptiveSettings {
-        most_viewpoints: std::env::var("MOST").map_or(MOST_VIEWPOINTS, |t| t.parse().unwrap()),
+        most_viewpoints: MOST_VIEWPOINTS,
         clean_views: options.held_back,
         most_views: options.held_back.saturating_mul(PATIENCE),
         seed: options.seed,
@@ -441,15 +439,6 @@ fn adaptive(
              for fewer, or give --samples",
             options.held_back
         );
-    }
-    if std::env::var_os("DEBUG_ROUNDS").is_some() {
-        for (i, r) in rounds
-            .iter()
-            .enumerate()
-            .filter(|(_, r)| r.missing_views > 0)
-        {
-            eprintln!("{i} {r:?}");
-        }
     }
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
     console.say(format_args!(

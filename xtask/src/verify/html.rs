@@ -23,9 +23,13 @@ use minijinja::value::Serde;
 use serde::Serialize;
 use std::path::Path;
 
+/// How all pages look.
+pub(super) const STYLE: &str = include_str!("style.css");
+
 /// Everything that the page shows, in words and pictures.
 #[derive(Serialize)]
 struct Page<'a> {
+    style: &'static str,
     name: &'a str,
     summary: String,
     made_of: String,
@@ -178,6 +182,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
     let name = manifest.impostors.first().map_or("", |one| &one.name);
     let made = sources.subjects.iter().zip(sources.constructions);
     let page = Page {
+        style: STYLE,
         name,
         summary: summary(manifest),
         made_of: format!(
@@ -233,7 +238,6 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
         facts: facts(manifest, sources.dir),
     };
     let mut environment = Environment::new();
-    environment.add_template("style.css", include_str!("style.css"))?;
     environment.add_template("report.html", include_str!("report.html"))?;
     Ok(environment
         .get_template("report.html")?

@@ -1,6 +1,6 @@
 //! What verify says of bitfields, for people: one page that needs nothing else.
 
-use super::super::html::{CostRow, Fact, PromisedRow, cost, data_uri, facts};
+use super::super::html::{CostRow, Fact, PromisedRow, STYLE, cost, data_uri, facts};
 use super::super::report::{OverSamples, VerifyReport};
 use super::look::{Pictures, Seen};
 use crate::view_space;
@@ -27,6 +27,7 @@ pub(super) struct Sources<'a> {
 /// Everything that the page shows, in words and pictures.
 #[derive(Serialize)]
 struct Page<'a> {
+    style: &'static str,
     name: &'a str,
     summary: String,
     made_of: String,
@@ -100,6 +101,7 @@ pub(super) fn page(sources: &Sources<'_>) -> Result<String> {
         manifest, report, ..
     } = sources;
     let page = Page {
+        style: STYLE,
         name: &manifest.impostors[0].name,
         summary: summary(manifest),
         made_of: made_of(sources),
@@ -118,7 +120,6 @@ pub(super) fn page(sources: &Sources<'_>) -> Result<String> {
         facts: facts(manifest, sources.dir),
     };
     let mut environment = Environment::new();
-    environment.add_template("style.css", include_str!("../style.css"))?;
     environment.add_template("page.html", include_str!("page.html"))?;
     Ok(environment.get_template("page.html")?.render(Serde(page))?)
 }
