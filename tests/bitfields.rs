@@ -35,8 +35,8 @@ fn failure(options: &BitfieldsOptions) -> String {
     message
 }
 
-/// A lattice of boxes of two materials: most are hidden, whatever the direction. Between them stands a
-/// pane of glass, and before them a fence with holes.
+/// A block of boxes of two materials, side by side: most of their faces are hidden, whatever the
+/// direction. Before it stand a pane of glass and a fence with holes.
 fn boxes() -> Scene {
     let mut scene = Scene::default();
     let material = |name: &str, alpha, double_sided| Material {
@@ -69,7 +69,7 @@ fn boxes() -> Scene {
     }];
     for i in 0..125u32 {
         let cell = Vec3::new((i % 5) as f32, (i / 5 % 5) as f32, (i / 25) as f32);
-        add_box(&mut scene, cell * 1.02, Vec3::ONE, i % 2);
+        add_box(&mut scene, cell, Vec3::ONE, i % 2);
     }
     add_box(
         &mut scene,

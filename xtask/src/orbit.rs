@@ -60,7 +60,7 @@ impl Orbit {
         let fitting = (radius / (fov / 2.0).sin()).max(least);
         let distances = distances.unwrap_or([fitting, RANGE * fitting]);
         let [near, far] = distances;
-        if near > far || !far.is_finite() {
+        if near > far {
             bail!(
                 "--distances {near}:{far} are not in order: name the nearest first, as in {far}:{near}"
             );
@@ -83,6 +83,13 @@ impl Orbit {
             fov,
             resolution,
         };
+        let pixel = 2.0 * (fov / 2.0).tan() / f64::from(resolution);
+        if far.is_infinite() || 2.0 * radius / far < pixel {
+            bail!(
+                "seen from {far} m the scene is less than a pixel wide: name distances nearer by with \
+                 --distances"
+            );
+        }
         let pixels = orbit.recorded_pixels(FINER);
         if pixels > MOST_PIXELS {
             bail!(
@@ -180,5 +187,95 @@ impl Orbit {
             width: pixels,
             height: pixels,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn orbits() -> impl Strategy<Value = ([DVec3; 2], Orbit)> {
+        let corner = prop::array::uniform3(-1e3..1e3f64);
+        let size = prop::array::uniform3(0.0..1e3f64);
+        let range = prop::option::of((NEAREST..9.0f64, 1.0..9.0f64));
+        (corner, size, range, 5.0..150.0f64, 16..600u32).prop_map(
+            |(corner, size, range, fov, resolution)| {
+                let min = DVec3::from(corner);
+                let bounds = [min, min + DVec3::from(size) + 1e-3];
+                let radius = bounds[0].distance(bounds[1]) / 2.0;
+                let distances = range.map(|(near, more)| [near, near * more].map(|d| d * radius));
+                let orbit = Orbit::new(bounds, distances, fov.to_radians(), resolution);
+                (bounds, orbit.expect("the distances are far enough"))
+            },
+        )
+    }
+
+    proptest! {
+        /// Views are taken from between the two distances, at both ends too, and look at the centre;
+        /// those of other seeds from other places.
+        #[test]
+        fn views_stay_in_the_range((_, orbit) in orbits(), seed: u64) {
+            let [near, far] = orbit.distances;
+            let distance = |view| orbit.view(view, seed).pose.eye.distance(orbit.center);
+            let all: Vec<f64> = (0..200).map(distance).collect();
+            // Adding the centre and taking it away again rounds numbers of up to 1e5.
+            let slack = 1e-10 * (far + orbit.center.length());
+            prop_assert!(all.iter().all(|d| *d > near - slack && *d < far + slack));
+            for end in [near, far] {
+                prop_assert!(all.iter().any(|d| (d - end).abs() < slack));
+            }
+            let camera = orbit.view(7, seed);
+            let ahead = camera.pose.point_in_view(orbit.center);
+            prop_assert!(ahead.truncate().length() < 1e-9 * (far + orbit.center.length()));
+            prop_assert!(camera.pose.eye != orbit.view(7, seed ^ 1).pose.eye);
+        }
+
+        /// The window of a picture leaves out nothing of the scene that the picture shows, and what the
+        /// bake sees holds all of the scene, in pixels as fine as it says.
+        #[test]
+        fn nothing_of_the_scene_is_cut_off((bounds, orbit) in orbits(), view in 0..1000u64) {
+            let camera = orbit.view(view, 1);
+            let window = orbit.window(&camera);
+            let eye = camera.pose.eye - orbit.center;
+            let recorder = orbit.recorder(eye.normalize(), eye.length(), FINER);
+            for i in 0..8 {
+                let at = |axis: usize| bounds[i >> axis & 1][axis];
+                let corner = DVec3::new(at(0), at(1), at(2));
+                let pixel = camera.pixel_from_view(camera.pose.point_in_view(corner));
+                let size = f64::from(orbit.resolution);
+                if pixel.min_element() > 0.0 && pixel.max_element() < size {
+                    let inside = window.pixel_from_view(window.pose.point_in_view(corner));
+                    prop_assert!(inside.min_element() >= 0.0);
+                    prop_assert!(inside.max_element() <= f64::from(window.width));
+                }
+                let pixel = recorder.pixel_from_view(recorder.pose.point_in_view(corner));
+                // Corners lie on the sphere that just fits in.
+                let slack = 1e-6 * f64::from(recorder.width);
+                prop_assert!(pixel.min_element() > -slack);
+                prop_assert!(pixel.max_element() < f64::from(recorder.width) + slack);
+            }
+            let finest = recorder.pixel_size().x * FINER;
+            prop_assert!(finest <= camera.pixel_size().x * (1.0 + 1e-9));
+        }
+    }
+
+    /// Distances that make no sense are refused with what to do.
+    #[test]
+    fn distances_must_be_outside_and_in_order() {
+        let cube = [DVec3::NEG_ONE, DVec3::ONE];
+        for (distances, what) in [
+            ([9.0, 8.0], "name the nearest first, as in 8:9"),
+            ([1.0, 8.0], "inside of the scene"),
+            ([1.8, 8.0], "inside of the scene"),
+            ([2.0, f64::INFINITY], "less than a pixel"),
+            ([2.0, 1e300], "less than a pixel"),
+        ] {
+            let error = Orbit::new(cube, Some(distances), 0.8, 512).unwrap_err();
+            let message = error.to_string();
+            assert!(message.contains(what), "{message}");
+        }
+        let orbit = Orbit::new(cube, None, 0.8, 512).unwrap();
+        assert!((orbit.distances[0] - 3f64.sqrt() / 0.4f64.sin()).abs() < 1e-12);
     }
 }
