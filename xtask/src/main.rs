@@ -163,7 +163,7 @@ struct VerifyArgs {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
-    /// then an even sequence of points inside.
+    /// then an even sequence of points inside; of bitfields directions and distances spread evenly.
     #[arg(long, default_value_t = VIEWS, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
     views: u64,
     /// Looks from this viewpoint only, and writes its pictures.
@@ -244,9 +244,8 @@ fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
         Technique::Bitfields => match given(&of_impostors) {
             none if none.is_empty() => Ok(()),
             some => anyhow::bail!(
-                "{some}: bitfields have no layers, pages and view cells, but are the original geometry \
-                 seen from all around; leave this out, name distances with --distances, or choose another \
-                 --technique"
+                "{some}: not for --technique bitfields, which draws the original geometry for viewers all \
+                 around, without layers, pages and view cells; leave this out, or choose another technique"
             ),
         },
         Technique::Layered | Technique::Tdm | Technique::Auto => match given(&of_bitfields) {

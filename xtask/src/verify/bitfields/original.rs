@@ -20,8 +20,12 @@ pub(super) struct Same {
 ///
 /// When the file does not hold the same triangles.
 pub(super) fn compare(original: &Scene, display: &Scene, parts: &[u32]) -> Result<Same> {
-    let is_placed = match &display.objects[..] {
-        [object] => object.world_from_mesh == original.objects[0].world_from_mesh,
+    let is_placed = match (&original.objects[..], &display.objects[..]) {
+        ([original], [object]) => {
+            let drawn = &display.meshes[object.mesh as usize].triangles;
+            object.world_from_mesh == original.world_from_mesh
+                && *drawn == (0..display.triangles.len() as u32)
+        }
         _ => false,
     };
     if !is_placed {
