@@ -24,7 +24,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Bakes a scene into a bundle: glTF, atlas pages and a manifest.
-    Bake(BakeArgs),
+    Bake(Box<BakeArgs>),
     /// Renders original and bundle from the whole view cell and checks the bundle's promise.
     Verify(VerifyArgs),
 }
@@ -177,7 +177,7 @@ struct VerifyArgs {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
-        Command::Bake(args) => run_bake(args),
+        Command::Bake(args) => run_bake(*args),
         Command::Verify(args) => run_verify(args),
     };
     done.unwrap_or_else(|error| {

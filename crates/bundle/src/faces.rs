@@ -282,7 +282,7 @@ mod tests {
         let corners = |i: u32| {
             // Viewpoint 2 a is +axis, 2 a + 1 its opposite; a mirror turns the winding.
             let [a, b, c] = [i & 1, 2 + (i >> 1 & 1), 4 + (i >> 2)];
-            match i.count_ones() % 2 == 0 {
+            match i.count_ones().is_multiple_of(2) {
                 true => [a, b, c],
                 false => [a, c, b],
             }
