@@ -12,9 +12,8 @@ pub(crate) const NEAREST: f64 = 1.1;
 
 /// How many times finer than the pixels of pictures those of the bake are, along each side.
 ///
-/// On the bunny 1.5 and 2 and 3 were tried with adaptive samples: with 1.5 more views missed single
-/// pixels, each of which makes sets larger, and a tenth less was culled; 3 culled 22.5 % where 2 culls
-/// 21.7 %, and takes more than twice as long to sample.
+/// On the bunny, with adaptive samples, 2 culled 21.7 % and 3 culled 22.5 %, with as many views, and took
+/// twice as long to sample: where less is missed, less is added to sets.
 pub(crate) const FINER: f64 = 2.0;
 
 /// Pixels along each side of what the bake sees: more take minutes each.
@@ -198,8 +197,8 @@ mod tests {
     fn orbits() -> impl Strategy<Value = ([DVec3; 2], Orbit)> {
         let corner = prop::array::uniform3(-1e3..1e3f64);
         let size = prop::array::uniform3(0.0..1e3f64);
-        let range = prop::option::of((NEAREST..9.0f64, 1.0..9.0f64));
-        (corner, size, range, 5.0..150.0f64, 16..600u32).prop_map(
+        let range = prop::option::of((1.01 * NEAREST..9.0f64, 1.0..9.0f64));
+        (corner, size, range, 20.0..150.0f64, 16..600u32).prop_map(
             |(corner, size, range, fov, resolution)| {
                 let min = DVec3::from(corner);
                 let bounds = [min, min + DVec3::from(size) + 1e-3];
