@@ -198,7 +198,7 @@ mod tests {
         let corner = prop::array::uniform3(-1e3..1e3f64);
         let size = prop::array::uniform3(0.0..1e3f64);
         let range = prop::option::of((1.01 * NEAREST..9.0f64, 1.0..9.0f64));
-        (corner, size, range, 20.0..150.0f64, 16..600u32).prop_map(
+        (corner, size, range, 20.0..90.0f64, 200..600u32).prop_map(
             |(corner, size, range, fov, resolution)| {
                 let min = DVec3::from(corner);
                 let bounds = [min, min + DVec3::from(size) + 1e-3];
