@@ -10,6 +10,7 @@ mod triangulation;
 mod faces;
 mod lookup;
 
+mod parts;
 mod patches;
 
 mod distances;
@@ -33,5 +34,6 @@ pub use grid::CellGrid;
 pub use held_back::Round;
 pub use lookup::Lookup;
 pub use merged::{merge_directions, unite_merged};
+pub use parts::patches_in_parts;
 pub use patches::{PatchSettings, Patches, cell_patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
