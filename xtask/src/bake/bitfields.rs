@@ -73,7 +73,7 @@ impl BitfieldsOptions {
 }
 
 /// Views that must miss nothing unless asked otherwise.
-pub const HELD_BACK: u32 = 1000;
+pub const HELD_BACK: u32 = 3000;
 
 /// Samples that adaptive ones begin with, as the paper has it, and how many they grow to. With more,
 /// faces are smaller and more is culled, but there are more lists, and each face is looked at by fewer
@@ -83,7 +83,7 @@ const MOST_VIEWPOINTS: u32 = 55;
 
 /// So many times as many views as must miss nothing are looked at before it is given up: the bunny needs
 /// five times as many, an engine full of slits more than twenty, which takes a quarter of an hour.
-const PATIENCE: u32 = 12;
+const PATIENCE: u32 = 8;
 
 /// Of so large a share of views a bundle with given samples promises that none misses more than it
 /// says, and so large a share of those that the bake looked at did not. The difference is for chance:
