@@ -438,7 +438,7 @@ fn changed_geometry_is_found() {
             scene.meshes[0].triangles.end -= 1;
         }),
         ("another base colour than", |scene| {
-            scene.materials[0].base_color.x = 0.9
+            scene.materials[0].base_color.x = 0.9;
         }),
         ("another base colour texture", |scene| {
             scene.images[0].texels[0] = [255, 0, 0, 255];
@@ -482,7 +482,7 @@ fn impossible_bundles_are_refused() {
             lists.faces.swap(0, 1);
         }),
         ("is represented", |m, _| {
-            m.impostors[0].represented[0].x -= 1.0
+            m.impostors[0].represented[0].x -= 1.0;
         }),
         ("do not surround", |_, lists| {
             // Closed, but not around anything.

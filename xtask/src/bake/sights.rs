@@ -26,7 +26,7 @@ const AT_A_TIME: u64 = 60;
 
 /// How far beside the middles of pixels is looked along each axis, in pixels: holes that are narrower
 /// than a pixel are found from fewer viewpoints.
-const BETWEEN: [f64; 1] = [0.0];
+const BETWEEN: [f64; 2] = [-0.25, 0.25];
 
 /// How far around gaps squares are put, in voxels along each axis: in the voxel itself, then farther, and
 /// at last given up.
