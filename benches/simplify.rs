@@ -3,7 +3,7 @@
 
 use crate::models::{self, Model};
 use farfield_sampling::Textures;
-use farfield_tdm::{Fixed, Mesh, VoxelLayers, initial_mesh, simplify, touched};
+use farfield_tdm::{Mesh, VoxelLayers, initial_mesh, simplify, touched};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 use std::time::Instant;
 use xtask::{Console, peak_rss_bytes, voxelize};
@@ -52,7 +52,7 @@ fn row(model: &Model, resolution: u32, largest: &mut usize) {
         .expect("the cell lies before the scene")
         .expect("it can be seen");
     let voxels = found.layers();
-    let mesh = initial_mesh(&voxels, found.points(), &Fixed::default(), ENLARGED);
+    let mesh = initial_mesh(&voxels, found.points(), ENLARGED);
     let before = Instant::now();
     let simple = simplify(&mesh, &voxels, ENLARGED).mesh;
     let seconds = before.elapsed().as_secs_f64();

@@ -1,7 +1,7 @@
 //! Grids as odd as they come: a mesh that touches all that is seen, or none.
 
 use farfield_grid::BitMask;
-use farfield_tdm::{Fixed, Mesh, VoxelLayers, charts, initial_mesh, simplify, touched};
+use farfield_tdm::{Mesh, VoxelLayers, charts, initial_mesh, simplify, touched};
 use glam::Vec3;
 
 /// Side of an enlarged voxel, in voxels.
@@ -47,7 +47,7 @@ impl Open {
     fn meshes(&self) -> [Mesh; 2] {
         let voxels = self.voxels();
         let points: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
-        let mesh = initial_mesh(&voxels, &points, &Fixed::default(), ENLARGED);
+        let mesh = initial_mesh(&voxels, &points, ENLARGED);
         let simple = simplify(&mesh, &voxels, ENLARGED).mesh;
         let touched = touched(&simple.positions, &simple.triangles, &voxels, ENLARGED);
         let mut stood_for = mesh.voxels.iter().flatten();
