@@ -1,6 +1,6 @@
-//! `cargo xtask`: bakes impostors and verifies them.
+//! `cargo xtask`: bakes impostors, verifies them and shows them.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::Write;
@@ -8,7 +8,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, Limits, Making,
-    SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake, verify,
+    SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, ViewOptions, bake, export, page,
+    page_program, require_export, serve, verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -26,6 +27,8 @@ enum Command {
     Bake(BakeArgs),
     /// Renders original and bundle from the whole view cell and checks the bundle's promise.
     Verify(VerifyArgs),
+    /// Shows a bundle beside its original.
+    View(ViewArgs),
 }
 
 #[derive(Args)]
@@ -154,11 +157,31 @@ struct VerifyArgs {
     json: bool,
 }
 
+#[derive(Args)]
+struct ViewArgs {
+    /// The bundle's folder.
+    dir: PathBuf,
+    /// The original, where it is no longer where it was baked from. Where it is not there at all, the
+    /// impostor is shown alone.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Serves a page for a browser on this machine. Needs Node.js and npm to build the page once.
+    #[arg(long)]
+    web: bool,
+    /// The port to serve the page on. [default: one that is free]
+    #[arg(long, value_name = "N", requires = "web")]
+    port: Option<u16>,
+    /// Writes the page into a folder that any web server can show, instead of serving it.
+    #[arg(long, value_name = "FOLDER", requires = "web", conflicts_with = "port")]
+    export: Option<PathBuf>,
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Command::Bake(args) => run_bake(args),
         Command::Verify(args) => run_verify(args),
+        Command::View(args) => run_view(args),
     };
     done.unwrap_or_else(|error| {
         Console::Stderr.error(&error);
@@ -263,6 +286,30 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
         print_json(&report)?;
     }
     Ok(exit_code(report.holds))
+}
+
+fn run_view(args: ViewArgs) -> anyhow::Result<ExitCode> {
+    if !args.web {
+        bail!(
+            "there is no window to look at a bundle in, but a page for a browser: cargo xtask view \
+             {} --web",
+            args.dir.display()
+        );
+    }
+    if let Some(folder) = &args.export {
+        require_export(folder, &args.dir)?;
+    }
+    let options = ViewOptions {
+        dir: args.dir,
+        scene: args.scene,
+    };
+    let console = &Console::Stderr;
+    let files = page(&options, page_program(console)?, console)?;
+    match args.export {
+        Some(folder) => export(&folder, &options.dir, &files, console)?,
+        None => serve(files, args.port.unwrap_or(0), console)?,
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// One JSON object on stdout, where machines read it.

@@ -1,0 +1,100 @@
+// What a browser shows of an exported page is what the software renderer shows.
+//
+// CHROMIUM names a browser, FARFIELD_XTASK a driver that is built already, and FARFIELD_PICTURES a folder
+// where the browser's pictures are left. Without a browser the test is skipped and says so, unless
+// FARFIELD_REQUIRE_BROWSER is 1.
+
+import assert from 'node:assert/strict';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import test from 'node:test';
+import { PNG } from 'pngjs';
+import { browserPath, launch, serve, xtask } from './browser.js';
+
+const RESOLUTION = 256;
+
+/** The reference viewpoint, two corners, an edge and two places inside. */
+const VIEWS = [0, 1, 8, 14, 40, 77];
+
+/**
+ * GPUs place vertices on a grid of 1/256 pixel and interpolate with fewer digits than the software
+ * renderer: pixels whose centre an edge passes closely show what is beside. So colours may differ much
+ * at few pixels, and elsewhere by a rounding.
+ */
+const TOLERANCES = {
+  /** Difference of a channel, of 255, that a pixel may have. */
+  level: 2,
+  /** Share of pixels that may have more. */
+  share: 0.01,
+};
+
+const browser = browserPath();
+const isRequired = process.env.FARFIELD_REQUIRE_BROWSER === '1';
+if (!browser && !isRequired) {
+  console.error('\n!!! No Chromium was found: what a browser shows was NOT TESTED. Set CHROMIUM.\n');
+}
+
+/** Share of the pixels in which a channel differs by more than a level. */
+export function shareOver(a, b, level) {
+  assert.deepEqual([a.width, a.height], [b.width, b.height]);
+  let over = 0;
+  for (let i = 0; i < a.data.length; i += 4) {
+    const differs = [0, 1, 2].some((c) => Math.abs(a.data[i + c] - b.data[i + c]) > level);
+    over += differs ? 1 : 0;
+  }
+  return (over * 4) / a.data.length;
+}
+
+/** Waits until the page shows a mode from a viewpoint, and takes its picture. */
+async function picture(page, mode, view) {
+  await page.evaluate((fragment) => (location.hash = fragment), `mode=${mode}&view=${view}&panel=0&cell=0`);
+  const isShown = (wanted) => document.documentElement.dataset.shown === wanted;
+  await page.waitForFunction(isShown, { timeout: 60_000 }, `${mode} ${view}`);
+  // On the screen one frame later.
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  return PNG.sync.read(Buffer.from(await page.screenshot({ type: 'png' })));
+}
+
+for (const technique of ['layered', 'tdm']) {
+  const skip = !browser && !isRequired ? 'no Chromium' : false;
+  test(`a browser shows the ${technique} house as the software renderer does`, { skip }, async () => {
+    assert.ok(browser, 'FARFIELD_REQUIRE_BROWSER is set, and there is no browser');
+    const folder = mkdtempSync(join(tmpdir(), 'farfield-web-'));
+    const [bundle, out] = [join(folder, 'house'), join(folder, 'page')];
+    xtask('bake', 'house', '--technique', technique, '--resolution', `${RESOLUTION}`, '--out', bundle);
+    for (const view of VIEWS) xtask('verify', bundle, '--view', `${view}`);
+    xtask('view', bundle, '--web', '--export', out);
+    const site = await serve(out);
+    const running = await launch(browser);
+    try {
+      const page = await running.newPage();
+      const errors = [];
+      page.on('pageerror', (error) => errors.push(String(error)));
+      page.on('console', (said) => said.type() === 'error' && errors.push(said.text()));
+      await page.setViewport({ width: RESOLUTION, height: RESOLUTION });
+      await page.goto(site.address);
+      for (const view of VIEWS) {
+        for (const side of ['original', 'impostor']) {
+          const shown = await picture(page, side, view);
+          const name = `view-${String(view).padStart(4, '0')}-${side}.png`;
+          const left = process.env.FARFIELD_PICTURES;
+          if (left) {
+            mkdirSync(left, { recursive: true });
+            writeFileSync(join(left, `${technique}-${name}`), PNG.sync.write(shown));
+          }
+          const wanted = PNG.sync.read(readFileSync(join(bundle, 'report', name)));
+          const { level, share } = TOLERANCES;
+          const found = shareOver(shown, wanted, level);
+          console.log(`${technique} ${name}: ${(found * 100).toFixed(3)} % of the pixels differ by more than ${level}/255`);
+          assert.ok(found <= share, `${name}: ${found} of the pixels differ`);
+        }
+      }
+      assert.deepEqual(errors, []);
+    } finally {
+      await running.close();
+      site.close();
+      rmSync(folder, { recursive: true, force: true });
+    }
+  });
+}
