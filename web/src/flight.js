@@ -1,7 +1,7 @@
 // Where the viewer is and looks: a plain state, and what changes it.
 
 import { contains, inside, speed } from './space.js';
-import { add, axes, clamp, dot, scale, subtract } from './vectors.js';
+import { add, axes, clamp, distance, dot, scale, subtract } from './vectors.js';
 
 /**
  * Looks at a fixed point, as the promise of a bundle has it, or, where `target` is null, along
@@ -49,9 +49,9 @@ export function turn(flight, right, up) {
   flight.view = null;
 }
 
-/** Looks at a point from now on, or goes on along where it looks. */
+/** Looks at a point from now on. */
 export function lookAt(flight, target) {
-  flight.forward = axesOf(flight).forward;
+  if (flight.target && distance(flight.target, target) === 0) return;
   flight.target = target;
   flight.view = null;
 }

@@ -58,10 +58,7 @@ function start({ data, manifest, sides }) {
     }
     state.mode = mode;
   };
-  const lookAtCentre = () => {
-    // Of several impostors around the viewer, at that of the viewpoint.
-    lookAt(state.flight, data.aim === 'centre' ? data.views[0].target : centre);
-  };
+  const lookAtCentre = () => lookAt(state.flight, data.aim === 'centre' ? data.views[0].target : centre);
 
   /** Something is to be drawn again. */
   let isStale = true;
@@ -174,7 +171,16 @@ function start({ data, manifest, sides }) {
     const { mode, gain, flight } = state;
     const { drawn, stopwatch } = pictures;
     element('panel').innerHTML = panel({
-      data, manifest, mode, gain, flight, isInside: isInside(), drawn, stopwatch, size,
+      data,
+      manifest,
+      mode,
+      sides: shownSides(before),
+      gain,
+      flight,
+      isInside: isInside(),
+      drawn,
+      stopwatch,
+      size,
     });
     const fragment = format(state);
     // A link to what is shown, without a step in the history for each.

@@ -11,10 +11,10 @@ const text = (words) => words.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`)
  * The panel as HTML.
  *
  * - `data`, `manifest`: what the page shows
- * - `mode`, `gain`, `flight`, `isInside`: how it shows it
+ * - `mode`, `sides`, `gain`, `flight`, `isInside`: how it shows it
  * - `drawn`, `stopwatch`: what drawing took
  */
-export function panel({ data, manifest, mode, gain, flight, isInside, drawn, stopwatch, size }) {
+export function panel({ data, manifest, mode, sides, gain, flight, isInside, drawn, stopwatch, size }) {
   const { original, impostor } = data.cost;
   const { options, technique } = manifest;
   const rows = [
@@ -31,7 +31,7 @@ export function panel({ data, manifest, mode, gain, flight, isInside, drawn, sto
   ];
   const row = (cells) => `<tr><th>${cells[0]}</th>${cells.slice(1).map((cell) => `<td>${cell}</td>`).join('')}</tr>`;
   const lines = [
-    mode === 'difference' ? `difference, ${gain} times as strong` : mode,
+    { difference: `difference, ${gain} times as strong`, flicker: `flicker: ${sides}` }[mode] ?? mode,
     flight.view === null ? place(flight.eye) : `viewpoint ${flight.view}${worst(data, flight.view)}`,
     `${size[0]} × ${size[1]} pixels, ${options.fov_degrees}°; promised for ${options.resolution} × ${options.resolution}`,
   ];

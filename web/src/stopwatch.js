@@ -1,7 +1,7 @@
 // How long drawing takes.
 
-/** Milliseconds are averaged over about so many frames. */
-const FRAMES = 8;
+/** Milliseconds are the median of so many frames. */
+const FRAMES = 9;
 
 export class Stopwatch {
   constructor(gl) {
@@ -10,6 +10,7 @@ export class Stopwatch {
     /** What the milliseconds are: of the GPU, or until the GPU had done it. */
     this.what = this.timer ? 'GPU ms' : 'ms until drawn';
     this.milliseconds = {};
+    this.times = {};
     this.running = [];
   }
 
@@ -44,8 +45,11 @@ export class Stopwatch {
   }
 
   add(name, milliseconds) {
-    const before = this.milliseconds[name];
-    this.milliseconds[name] =
-      before === undefined ? milliseconds : before + (milliseconds - before) / FRAMES;
+    const times = (this.times[name] ??= []);
+    times.push(milliseconds);
+    // Programs are compiled and textures uploaded while the first frame is drawn.
+    if (this.milliseconds[name] === undefined && times.length < 2) return;
+    if (times.length > FRAMES || this.milliseconds[name] === undefined) times.shift();
+    this.milliseconds[name] = times.toSorted((a, b) => a - b)[times.length >> 1];
   }
 }

@@ -29,7 +29,7 @@ pub use verify::{
     CostOfBoth, CoverageAt, Place, Seams, Spread, Summary, SurfaceBias, VerifyOptions,
     VerifyReport, verify,
 };
-pub use view::{ViewOptions, export, page, page_program, require_export, serve};
+pub use view::{ViewOptions, export, page_content, page_program, require_export, serve};
 pub use view_cell::ViewCellSpec;
 
 /// What bundles and certificates name as their maker.

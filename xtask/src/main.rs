@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, Limits, Making,
-    SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, ViewOptions, bake, export, page,
-    page_program, require_export, serve, verify,
+    SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, ViewOptions, bake, export,
+    page_content, page_program, require_export, serve, verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -304,7 +304,8 @@ fn run_view(args: ViewArgs) -> anyhow::Result<ExitCode> {
         scene: args.scene,
     };
     let console = &Console::Stderr;
-    let files = page(&options, page_program(console)?, console)?;
+    let mut files = page_content(&options, console)?;
+    files.extend(page_program(console)?);
     match args.export {
         Some(folder) => export(&folder, &options.dir, &files, console)?,
         None => serve(files, args.port.unwrap_or(0), console)?,

@@ -153,6 +153,9 @@ fn sight(manifest: &Manifest, impostor: &Impostor, index: u64) -> Result<[DVec3;
 fn worst(dir: &Path, manifest: &Manifest, console: &Console) -> Result<Vec<u64>> {
     #[derive(serde::Deserialize)]
     struct Report {
+        worst_view: u64,
+        /// Not told by earlier versions.
+        #[serde(default)]
         worst_views: Vec<u64>,
     }
     let path = dir.join("verify.json");
@@ -160,7 +163,8 @@ fn worst(dir: &Path, manifest: &Manifest, console: &Console) -> Result<Vec<u64>>
         let read = std::fs::read(&path).map_err(anyhow::Error::from);
         let report = read.and_then(|text| Ok(serde_json::from_slice::<Report>(&text)?));
         match report {
-            Ok(Report { worst_views }) => return Ok(worst_views),
+            Ok(report) if report.worst_views.is_empty() => return Ok(vec![report.worst_view]),
+            Ok(report) => return Ok(report.worst_views),
             Err(error) => console.warn(format_args!(
                 "{}: the worst views are not known: {error:#}; verify again",
                 path.display()

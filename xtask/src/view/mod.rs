@@ -34,12 +34,13 @@ const PAGE: FolderKind = FolderKind {
 /// Where the original lies beside the page.
 const ORIGINAL: &str = "original/scene.glb";
 
-/// The files of a page that shows a bundle beside its original, with paths relative to the page:
+/// What a page shows, a bundle beside its original, as files with paths relative to the page:
 ///
 /// * `bundle/` - the bundle's own files
 /// * `original/scene.glb` - what of the original the impostors stand for, with its images beside it
 /// * `view.json` - viewpoints, costs and light
-/// * `program` - the page itself
+///
+/// [`page_program`] has the rest.
 ///
 /// Where the original's file is not there any more, and no other is named, that is said and the page
 /// shows the impostor alone.
@@ -47,11 +48,7 @@ const ORIGINAL: &str = "original/scene.glb";
 /// # Errors
 ///
 /// When the bundle is damaged or says what cannot be, or the original is not the one that was baked.
-pub fn page(
-    options: &ViewOptions,
-    program: Vec<NewFile>,
-    console: &Console,
-) -> Result<Vec<NewFile>> {
+pub fn page_content(options: &ViewOptions, console: &Console) -> Result<Vec<NewFile>> {
     let dir = &options.dir;
     let manifest = opened::manifest(dir, console)?;
     let moved = source::moved(&manifest, dir).filter(|_| options.scene.is_none());
@@ -85,7 +82,6 @@ pub fn page(
     if let Some(scene) = &original {
         files.extend(console.stage("encode original", || encode_original(scene))?);
     }
-    files.extend(program);
     files.push(data);
     Ok(files)
 }

@@ -1,38 +1,26 @@
 use super::server::{answer_all, bind};
 use super::*;
-use crate::{Arrangement, BakeOptions, BuiltIn, Channels, Foliage, Limits, Making, SceneChoice};
+use crate::{BakeOptions, BuiltIn, SceneChoice};
 use farfield_bundle::Manifest;
 use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 
-/// Of a small bundle of the house in a folder.
-fn options_of(dir: &Path) -> BakeOptions {
+/// Of a small bundle in a folder.
+fn options_of(dir: &Path, scene: SceneChoice) -> BakeOptions {
     BakeOptions {
-        scene: SceneChoice::BuiltIn(BuiltIn::House),
-        view_cell: None,
-        arrangement: Arrangement::Before,
         resolution: 64,
-        fov_degrees: 45.0,
-        exclude: Vec::new(),
-        making: Making::Layered {
-            bytes_per_quad: 104.0,
-        },
-        alternative: None,
-        limits: Limits {
-            triangles: None,
-            bytes: None,
-        },
-        page_size: 4096,
-        foliage: Foliage::Any,
-        channels: Channels::Lit,
         out: Some(dir.into()),
-        dump: None,
+        ..BakeOptions::new(scene)
     }
 }
 
 fn house(dir: &Path) {
-    crate::bake(&options_of(dir), &Console::Silent).unwrap();
+    crate::bake(
+        &options_of(dir, SceneChoice::BuiltIn(BuiltIn::House)),
+        &Console::Silent,
+    )
+    .unwrap();
 }
 
 fn program() -> Vec<NewFile> {
@@ -47,7 +35,10 @@ fn page_of(dir: &Path) -> Result<Vec<NewFile>> {
         dir: dir.into(),
         scene: None,
     };
-    page(&options, program(), &Console::Silent)
+    Ok(page_content(&options, &Console::Silent)?
+        .into_iter()
+        .chain(program())
+        .collect())
 }
 
 fn json(folder: &Path, path: &str) -> Value {
@@ -166,10 +157,7 @@ fn a_moved_original_leaves_the_impostor() {
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     std::fs::write(&scene, triangle).unwrap();
     let dir = folder.path().join("bundle");
-    let options = BakeOptions {
-        scene: SceneChoice::File(scene.clone()),
-        ..options_of(&dir)
-    };
+    let options = options_of(&dir, SceneChoice::File(scene.clone()));
     crate::bake(&options, &Console::Silent).unwrap();
     let has_original = |files: &[NewFile]| files.iter().any(|file| file.path == ORIGINAL);
     assert!(has_original(&page_of(&dir).unwrap()));
@@ -180,7 +168,7 @@ fn a_moved_original_leaves_the_impostor() {
         dir: dir.clone(),
         scene: Some(moved),
     };
-    let files = page(&named, program(), &Console::Silent).unwrap();
+    let files = page_content(&named, &Console::Silent).unwrap();
     assert!(has_original(&files));
     std::fs::write(&scene, triangle.replace('1', "2")).unwrap();
     let message = format!("{:#}", page_of(&dir).unwrap_err());
