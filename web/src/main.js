@@ -202,6 +202,8 @@ function start({ data, manifest, sides }) {
     if (state.mode === 'flicker' && side !== flickered) isStale = true;
     flickered = side;
     pictures.stopwatch.collect();
+    // Again, as the first time does not count.
+    if (shownSides(now).some((side) => pictures.stopwatch.lacks(side))) moved();
     if (isStale) {
       isStale = false;
       draw(now);

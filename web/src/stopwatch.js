@@ -32,6 +32,11 @@ export class Stopwatch {
     this.running.push({ name, query });
   }
 
+  /** Whether a name's time is neither known nor to be known soon. */
+  lacks(name) {
+    return this.milliseconds[name] === undefined && !this.running.some((one) => one.name === name);
+  }
+
   /** Takes the times that are known by now. */
   collect() {
     const { gl, timer } = this;
