@@ -1,8 +1,9 @@
 // Builds the page into dist/: one script with all it needs, and the files it is shown by.
 import { build } from 'esbuild';
 import { copyFileSync, mkdirSync, rmSync } from 'node:fs';
+import { fileURLToPath } from 'node:url';
 
-const from = (path) => new URL(path, import.meta.url).pathname;
+const from = (path) => fileURLToPath(new URL(path, import.meta.url));
 
 rmSync(from('dist'), { recursive: true, force: true });
 mkdirSync(from('dist'));

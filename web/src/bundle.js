@@ -34,6 +34,24 @@ export async function load() {
   return { data, manifest, sides: { original, impostor } };
 }
 
+/** Refuses textures that a device would shrink: impostors would show what is beside. */
+export function requireTextures(sides, largest) {
+  const check = (texture) => {
+    const { width, height } = texture?.image ?? {};
+    if (Math.max(width, height) > largest) {
+      throw new Error(
+        `a texture has ${width} x ${height} texels, and this device's limit is ${largest}: ` +
+          `bake with --page-size ${largest}, or shrink the original's`,
+      );
+    }
+  };
+  for (const root of Object.values(sides)) {
+    root?.traverse(({ material }) => {
+      for (const name of ['colorMap', 'bumpMap', 'glowMap']) check(material?.uniforms[name].value);
+    });
+  }
+}
+
 /** Of several impostors shows only number `shown`, or all where that is -1. */
 export function showImpostor({ manifest, sides }, shown) {
   const names = manifest.impostors.map((impostor) => impostor.name);

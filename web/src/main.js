@@ -2,14 +2,14 @@
 
 import * as THREE from 'three';
 import { format, parse } from './address.js';
-import { bounds, load, showImpostor } from './bundle.js';
+import { bounds, load, requireTextures, showImpostor } from './bundle.js';
 import { outlines } from './cells.js';
 import { fly, goTo, leave, lookAt, startOf, turn } from './flight.js';
 import { MOVES, actionOf, help, movement } from './keys.js';
 import { aim, planes } from './lens.js';
 import { panel } from './panel.js';
 import { Pictures } from './pictures.js';
-import { contains, shownAround } from './space.js';
+import { contains, shownFrom } from './space.js';
 import { add, clamp, scale } from './vectors.js';
 
 /** Flickering shows each side for so long: slow enough for anybody's eyes. */
@@ -30,6 +30,7 @@ function start({ data, manifest, sides }) {
   const centre = scale(bounds(manifest).reduce(add), 0.5);
   const canvas = element('picture');
   const pictures = new Pictures(canvas, data.background);
+  requireTextures(sides, pictures.renderer.capabilities.maxTextureSize);
   const [camera, cameraOfLines] = [new THREE.PerspectiveCamera(), new THREE.PerspectiveCamera()];
   const lines = outlines(data.cells);
   const state = {
@@ -146,6 +147,13 @@ function start({ data, manifest, sides }) {
   const isInside = () => contains(space, state.flight.eye);
   const drawsCell = () => state.cell ?? !isInside();
 
+  /** The impostor that is shown; -1 where all are. On borders between two, that of the viewpoint. */
+  function shownImpostor() {
+    const { view, eye } = state.flight;
+    const shown = shownFrom(space, manifest.impostors, eye);
+    return shown < 0 || view === null ? shown : viewOf(view).impostor;
+  }
+
   /** The sides that a mode shows at a time. */
   function shownSides(now) {
     if (state.mode === 'flicker') return [Math.floor(now / FLICKER_MS) % 2 ? 'impostor' : 'original'];
@@ -158,7 +166,7 @@ function start({ data, manifest, sides }) {
     const { fov_degrees: fov } = manifest.options;
     const [near, far] = planes(boxes, flight.eye, fov);
     aim(camera, flight, [near, far], fov, ...size);
-    showImpostor({ manifest, sides }, shownAround(space, manifest.impostors, flight.eye));
+    showImpostor({ manifest, sides }, shownImpostor());
     const shown = shownSides(now);
     for (const side of shown) pictures.draw(side, sides[side], camera);
     // The cell is nearer than what is represented, and its lines hide nothing.
@@ -225,11 +233,12 @@ function start({ data, manifest, sides }) {
     held.add(event.code);
     const found = MOVES[event.code] ? null : actionOf(event.key);
     if (found || MOVES[event.code]) event.preventDefault();
-    if (!found) return;
+    if (!found || (event.repeat && !['split', 'gain', 'step'].includes(found.action))) return;
     say('');
     actions[found.action](found.value);
     if (!['save', 'panel', 'help'].includes(found.action)) moved();
   });
+  canvas.addEventListener('webglcontextlost', () => say('the graphics device was lost: load the page again'));
   canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener('pointermove', (event) => {
     if (!canvas.hasPointerCapture(event.pointerId)) return;
@@ -244,6 +253,7 @@ function start({ data, manifest, sides }) {
   }, { passive: false });
 
   element('help').innerHTML = help();
+  document.title = `${data.name}: farfield`;
   say('');
   resize();
   follow(location.hash);

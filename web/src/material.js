@@ -2,6 +2,7 @@
 // `surface` and `lit_color` of the crate `sampling`, as a shader.
 
 import * as THREE from 'three';
+import { weighted } from './levels.js';
 
 const VERTEX = `
 varying vec2 at;
@@ -101,11 +102,14 @@ void main() {
 
 /** Replaces the materials of what a glTF file shows. */
 export function shade(scene, light) {
-  const known = new Map();
-  const shaded = (material) => {
-    if (!known.has(material)) known.set(material, shader(material, light));
-    return known.get(material);
+  const [known, levelled] = [new Map(), new Map()];
+  const once = (map, key, make) => {
+    if (!map.has(key)) map.set(key, make(key));
+    return map.get(key);
   };
+  // Materials share textures.
+  const masking = (texture) => once(levelled, texture, weighted);
+  const shaded = (material) => once(known, material, () => shader(material, light, masking));
   scene.traverse((node) => {
     if (node.isMesh) node.material = shaded(node.material);
   });
@@ -114,10 +118,12 @@ export function shade(scene, light) {
 /** Blended surfaces count as there where alpha is at least a half, as in a bake. */
 const cutoffOf = (material) => (material.transparent ? 0.5 : material.alphaTest);
 
-function shader(material, light) {
+/** - `masking`: gives a texture that masks the levels of detail that it needs */
+function shader(material, light, masking) {
   const isLit = !material.isMeshBasicMaterial;
   const isDoubleSided = material.side === THREE.DoubleSide;
-  const { color, map } = material;
+  const { color } = material;
+  const map = material.map && cutoffOf(material) > 0 ? masking(material.map) : material.map;
   const bumps = isLit ? material.normalMap : null;
   const glows = isLit ? material.emissiveMap : null;
   const emission = isLit

@@ -40,6 +40,7 @@ export function panel({ data, manifest, mode, sides, gain, flight, isInside, dra
     ...(data.aim === 'centre' && !flight.target
       ? ['the promise is for a camera that looks at the centre']
       : []),
+    ...(options.view_space.kind === 'amid' ? ['what is near the view cell stays geometry and is not shown'] : []),
     ...(data.original ? [] : ['the original was not there: only the impostor is shown']),
   ];
   return `<h1>${text(data.name)}, ${technique.name}</h1>

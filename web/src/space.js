@@ -20,8 +20,8 @@ export function speed(space, eye, centre) {
   return size && Math.max(...size) > 0 ? Math.max(...size) / 3 : far;
 }
 
-/** Index of the impostor that is seen from `eye` where only one is to be shown, else -1. */
-export function shownAround(space, impostors, eye) {
+/** Index of the impostor that is seen from `eye` where only one is to be shown at a time, else -1. */
+export function shownFrom(space, impostors, eye) {
   if (space.kind !== 'around') return -1;
   const outwards = impostors.map(({ side }) => dot(direction(side), subtract(eye, space.center)));
   return outwards.indexOf(Math.max(...outwards));

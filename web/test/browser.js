@@ -4,6 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { join, normalize } from 'node:path';
+import { fileURLToPath } from 'node:url';
 import puppeteer from 'puppeteer-core';
 
 const PLACES = [
@@ -41,7 +42,7 @@ export function launch(executablePath) {
 
 /** Runs `cargo xtask` with arguments, or the program named by FARFIELD_XTASK. */
 export function xtask(...args) {
-  const root = new URL('../..', import.meta.url).pathname;
+  const root = fileURLToPath(new URL('../..', import.meta.url));
   const own = process.env.FARFIELD_XTASK;
   const [program, first] = own ? [own, []] : ['cargo', ['xtask']];
   execFileSync(program, [...first, ...args], { cwd: root, stdio: ['ignore', 'inherit', 'pipe'] });

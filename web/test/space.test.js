@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { axesOf, fly, goTo, leave, startOf, turn } from '../src/flight.js';
-import { contains, inside, shownAround } from '../src/space.js';
+import { contains, inside, shownFrom } from '../src/space.js';
 import { axes, cross, distance, dot, length } from '../src/vectors.js';
 
 /** The same numbers in every run, from 0 to 1 (mulberry32). */
@@ -88,7 +88,7 @@ test('turning goes where the mouse goes, and not over the top', () => {
 test('of impostors around a scene the one is shown on whose side the viewer is', () => {
   const impostors = ['+x', '-x', '+y', '-y', '+z', '-z'].map((side) => ({ side }));
   const space = { kind: 'around', center: [1, 2, 3], near: 1, far: 9 };
-  assert.equal(shownAround(space, impostors, [1, 2, -4]), 5);
-  assert.equal(shownAround(space, impostors, [6, 2, 4]), 0);
-  assert.equal(shownAround({ kind: 'before' }, impostors, [6, 2, 4]), -1);
+  assert.equal(shownFrom(space, impostors, [1, 2, -4]), 5);
+  assert.equal(shownFrom(space, impostors, [6, 2, 4]), 0);
+  assert.equal(shownFrom({ kind: 'before' }, impostors, [6, 2, 4]), -1);
 });

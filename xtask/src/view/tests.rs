@@ -224,6 +224,8 @@ fn nothing_but_the_page_is_served() {
         server.unblock();
     });
     // Somebody else's port is not taken.
-    let taken = bind(address.port()).unwrap_err();
+    let taken = bind(address.port())
+        .map(|(_, address)| address)
+        .unwrap_err();
     assert!(format!("{taken:#}").contains("choose another --port"));
 }
