@@ -27,7 +27,7 @@ const FRAGMENT = `
 uniform vec4 baseColor;
 uniform float cutoff;
 uniform vec3 emission;
-uniform vec2 normalScale;
+uniform float normalScale;
 uniform vec3 toSun, sun, sky, ground;
 #ifdef HAS_COLOR_MAP
 uniform sampler2D colorMap;
@@ -83,7 +83,7 @@ void main() {
   vec3 bump = texture2D(bumpMap, at).xyz * 2.0 - 1.0;
   vec3 dx = (vec4(dFdx(pointInView), 0.0) * viewMatrix).xyz;
   vec3 dy = (vec4(dFdy(pointInView), 0.0) * viewMatrix).xyz;
-  normal = bent(normal, bump * vec3(normalScale, 1.0), dx, dy, dFdx(at), dFdy(at));
+  normal = bent(normal, bump * vec3(normalScale, normalScale, 1.0), dx, dy, dFdx(at), dFdy(at));
 #endif
 #ifdef DOUBLE_SIDED
   if (!gl_FrontFacing) normal = -normal;
@@ -148,7 +148,8 @@ function shader(material, light, masking) {
       baseColor: value(new THREE.Vector4(color.r, color.g, color.b, material.opacity)),
       cutoff: value(cutoffOf(material)),
       emission: value(emission),
-      normalScale: value(isLit ? material.normalScale : new THREE.Vector2(1, 1)),
+      // Along y the loader turns it, for another idea of tangents.
+      normalScale: value(isLit ? material.normalScale.x : 1),
       toSun: value(new THREE.Vector3(...light.to_sun)),
       sun: value(new THREE.Vector3(...light.sun)),
       sky: value(new THREE.Vector3(...light.sky)),

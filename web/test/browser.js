@@ -1,6 +1,6 @@
 // Finds a browser and the driver, and serves a folder to it.
 
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawn } from 'node:child_process';
 import { existsSync, readFileSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { join, normalize } from 'node:path';
@@ -40,12 +40,35 @@ export function launch(executablePath) {
   });
 }
 
-/** Runs `cargo xtask` with arguments, or the program named by FARFIELD_XTASK. */
-export function xtask(...args) {
-  const root = fileURLToPath(new URL('../..', import.meta.url));
+const ROOT = fileURLToPath(new URL('../..', import.meta.url));
+
+/** `cargo xtask`, or the program named by FARFIELD_XTASK, and its first arguments. */
+const driver = () => {
   const own = process.env.FARFIELD_XTASK;
-  const [program, first] = own ? [own, []] : ['cargo', ['xtask']];
-  execFileSync(program, [...first, ...args], { cwd: root, stdio: ['ignore', 'inherit', 'pipe'] });
+  return own ? [own, []] : ['cargo', ['xtask']];
+};
+
+/** Runs the driver with arguments. */
+export function xtask(...args) {
+  const [program, first] = driver();
+  execFileSync(program, [...first, ...args], { cwd: ROOT, stdio: ['ignore', 'inherit', 'pipe'] });
+}
+
+/** Lets the driver serve a bundle; returns the address that it tells and what ends it. */
+export async function view(bundle) {
+  const [program, first] = driver();
+  const stdio = ['ignore', 'inherit', 'pipe'];
+  const running = spawn(program, [...first, 'view', bundle, '--web'], { cwd: ROOT, stdio });
+  let said = '';
+  const address = await new Promise((done, fail) => {
+    running.stderr.on('data', (text) => {
+      said += text;
+      const found = said.match(/http:\/\/[0-9.:]+\//);
+      if (found) done(found[0]);
+    });
+    running.on('exit', () => fail(new Error(said)));
+  });
+  return { address, close: () => running.kill() };
 }
 
 const TYPES = { html: 'text/html', js: 'text/javascript', css: 'text/css', png: 'image/png' };

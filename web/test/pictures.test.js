@@ -10,12 +10,20 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import test from 'node:test';
 import { PNG } from 'pngjs';
-import { browserPath, launch, serve, xtask } from './browser.js';
+import { browserPath, launch, serve, view as viewed, xtask } from './browser.js';
 
 const RESOLUTION = 256;
 
-/** The reference viewpoint, corners, an edge and places inside; few of meshes, which take longer. */
-const VIEWS = { layered: [0, 1, 8, 14, 77], tdm: [0, 40] };
+/**
+ * How bundles are baked, and from where they are looked at: the reference viewpoint, corners, an edge and
+ * places inside; few of meshes, which take longer. One is exported and served by this script, the
+ * others by the driver.
+ */
+const BUNDLES = [
+  { name: 'layered', options: [], views: [0, 1, 8, 14, 77], isExported: true },
+  { name: 'pbr', options: ['--channels', 'pbr'], views: [3], isExported: false },
+  { name: 'tdm', options: ['--technique', 'tdm'], views: [0, 40], isExported: false },
+];
 
 /**
  * GPUs place vertices on a grid of 1/256 pixel and interpolate with fewer digits than the software
@@ -59,16 +67,16 @@ async function picture(page, mode, view) {
   return PNG.sync.read(Buffer.from(await page.screenshot({ type: 'png' })));
 }
 
-for (const technique of ['layered', 'tdm']) {
+for (const { name: kind, options, views, isExported } of BUNDLES) {
   const skip = !browser && !isRequired ? 'no Chromium' : false;
-  test(`a browser shows the ${technique} house as the software renderer does`, { skip }, async () => {
+  test(`a browser shows the ${kind} house as the software renderer does`, { skip }, async () => {
     assert.ok(browser, 'FARFIELD_REQUIRE_BROWSER is set, and there is no browser');
     const folder = mkdtempSync(join(tmpdir(), 'farfield-web-'));
     const [bundle, out] = [join(folder, 'house'), join(folder, 'page')];
-    xtask('bake', 'house', '--technique', technique, '--resolution', `${RESOLUTION}`, '--out', bundle);
-    for (const view of VIEWS[technique]) xtask('verify', bundle, '--view', `${view}`);
-    xtask('view', bundle, '--web', '--export', out);
-    const site = await serve(out);
+    xtask('bake', 'house', ...options, '--resolution', `${RESOLUTION}`, '--out', bundle);
+    for (const view of views) xtask('verify', bundle, '--view', `${view}`);
+    if (isExported) xtask('view', bundle, '--web', '--export', out);
+    const site = await (isExported ? serve(out) : viewed(bundle));
     const running = await launch(browser);
     try {
       const page = await running.newPage();
@@ -79,18 +87,18 @@ for (const technique of ['layered', 'tdm']) {
       page.on('console', (said) => said.type() === 'error' && errors.push(said.text()));
       await page.setViewport({ width: RESOLUTION, height: RESOLUTION });
       await page.goto(site.address);
-      for (const view of VIEWS[technique]) {
+      for (const view of views) {
         for (const side of ['original', 'impostor']) {
           const shown = await picture(page, side, view);
           const name = nameOf(side, view);
           const left = process.env.FARFIELD_PICTURES;
           if (left) {
             mkdirSync(left, { recursive: true });
-            writeFileSync(join(left, `${technique}-${name}`), PNG.sync.write(shown));
+            writeFileSync(join(left, `${kind}-${name}`), PNG.sync.write(shown));
           }
           const { level, share } = TOLERANCES;
           const found = shareOver(shown, wanted(side, view), level);
-          console.log(`${technique} ${name}: ${(found * 100).toFixed(3)} % of the pixels differ by more than ${level}/255`);
+          console.log(`${kind} ${name}: ${(found * 100).toFixed(3)} % of the pixels differ by more than ${level}/255`);
           assert.ok(found <= share, `${name}: ${found} of the pixels differ`);
           // The other side is told apart from this one.
           const other = side === 'original' ? 'impostor' : 'original';

@@ -1,11 +1,13 @@
 //! A page for a browser on this machine.
 
 use crate::console::Console;
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use farfield_bundle::NewFile;
+use oxhttp::model::header::{CACHE_CONTROL, CONTENT_TYPE, X_CONTENT_TYPE_OPTIONS};
+use oxhttp::model::{Body, Method, Response, StatusCode};
+use oxhttp::{ListeningServer, Server};
 use std::collections::BTreeMap;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use tiny_http::{Header, Method, Request, Response, Server};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
 
 /// Serves files by their paths, `index.html` as the root too, to programs on this machine, and says
 /// where, until the program is ended.
@@ -18,57 +20,57 @@ use tiny_http::{Header, Method, Request, Response, Server};
 ///
 /// When the port is taken.
 pub fn serve(files: Vec<NewFile>, port: u16, console: &Console) -> Result<()> {
-    let (server, address) = bind(port)?;
+    let (server, address) = start(files, port)?;
     console.say(format_args!("  http://{address}/ until Ctrl-C"));
-    answer_all(&server, files);
-    Ok(())
+    Ok(server.join()?)
 }
 
-/// Takes a port of the loopback interface.
-pub(super) fn bind(port: u16) -> Result<(Server, SocketAddr)> {
-    let address = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port);
-    let server = Server::http(address)
-        .map_err(|error| anyhow!(error))
-        .with_context(|| format!("cannot serve on {address}: choose another --port"))?;
-    let address = server.server_addr().to_ip().unwrap_or(address);
+/// Starts to serve, in threads of its own.
+pub(super) fn start(files: Vec<NewFile>, port: u16) -> Result<(ListeningServer, SocketAddr)> {
+    let address = free(port).with_context(|| taken(port))?;
+    let files = files.into_iter().map(|file| (file.path, file.bytes));
+    let files: BTreeMap<String, Vec<u8>> = files.collect();
+    let server = Server::new(move |request| {
+        let is_get = *request.method() == Method::GET;
+        answer(&files, is_get, request.uri().path())
+    });
+    let server = server.bind(address).spawn().with_context(|| taken(port))?;
     Ok((server, address))
 }
 
-/// Answers requests until the server is unblocked.
-pub(super) fn answer_all(server: &Server, files: Vec<NewFile>) {
-    let files = files.into_iter().map(|file| (file.path, file.bytes));
-    let files: BTreeMap<String, Vec<u8>> = files.collect();
-    for request in server.incoming_requests() {
-        // A browser that went away needs no answer.
-        let _ = answer(request, &files);
-    }
+/// An address of this machine that is free; the server itself does not tell which it found.
+fn free(port: u16) -> std::io::Result<SocketAddr> {
+    TcpListener::bind((Ipv4Addr::LOCALHOST, port))?.local_addr()
 }
 
-fn answer(request: Request, files: &BTreeMap<String, Vec<u8>>) -> std::io::Result<()> {
-    if !matches!(request.method(), Method::Get | Method::Head) {
-        return request.respond(Response::empty(405));
+fn taken(port: u16) -> String {
+    format!("cannot serve on 127.0.0.1:{port}: choose another --port")
+}
+
+fn answer(files: &BTreeMap<String, Vec<u8>>, is_get: bool, path: &str) -> Response<Body> {
+    let empty = |status: StatusCode| {
+        let mut response = Response::new(Body::empty());
+        *response.status_mut() = status;
+        response
+    };
+    if !is_get {
+        return empty(StatusCode::METHOD_NOT_ALLOWED);
     }
-    let path = request.url().split(['?', '#']).next().unwrap_or_default();
     let path = match path.strip_prefix('/') {
         Some("") => "index.html",
         Some(path) => path,
-        None => "",
+        None => path,
     };
     let Some(bytes) = files.get(path) else {
-        return request
-            .respond(Response::from_string("there is no such file").with_status_code(404));
+        return empty(StatusCode::NOT_FOUND);
     };
-    let mut response = Response::from_data(bytes.as_slice());
-    // The next bundle may have the same address.
-    for (name, value) in [
-        ("Content-Type", content_type(path)),
-        ("Cache-Control", "no-store"),
-        ("X-Content-Type-Options", "nosniff"),
-    ] {
-        let header = Header::from_bytes(name, value).expect("names and values are ASCII");
-        response.add_header(header);
-    }
-    request.respond(response)
+    Response::builder()
+        .header(CONTENT_TYPE, content_type(path))
+        // The next bundle may have the same address.
+        .header(CACHE_CONTROL, "no-store")
+        .header(X_CONTENT_TYPE_OPTIONS, "nosniff")
+        .body(Body::from(bytes.clone()))
+        .expect("names and values are those of headers")
 }
 
 fn content_type(path: &str) -> &'static str {

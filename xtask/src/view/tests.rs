@@ -1,10 +1,10 @@
-use super::server::{answer_all, bind};
+use super::server::start;
 use super::*;
 use crate::{BakeOptions, BuiltIn, SceneChoice};
 use farfield_bundle::Manifest;
 use serde_json::Value;
 use std::io::{Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::TcpStream;
 
 /// Of a small bundle in a folder.
 fn options_of(dir: &Path, scene: SceneChoice) -> BakeOptions {
@@ -21,6 +21,15 @@ fn house(dir: &Path) {
         &Console::Silent,
     )
     .unwrap();
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+/// A file of one triangle, and a bundle of it.
+fn triangle(scene: &Path, dir: &Path) {
+    std::fs::write(scene, TRIANGLE).unwrap();
+    let options = options_of(dir, SceneChoice::File(scene.into()));
+    crate::bake(&options, &Console::Silent).unwrap();
 }
 
 fn program() -> Vec<NewFile> {
@@ -98,12 +107,12 @@ fn a_page_shows_what_the_manifest_says() {
 #[test]
 fn the_worst_views_are_those_that_verify_found() {
     let folder = tempfile::tempdir().unwrap();
-    let dir = folder.path().join("house");
-    house(&dir);
+    let dir = folder.path().join("bundle");
+    triangle(&folder.path().join("scene.obj"), &dir);
     let options = crate::VerifyOptions {
         dir: dir.clone(),
         scene: None,
-        views: 0..9,
+        views: 0..3,
     };
     let report = crate::verify(&options, &Console::Silent).unwrap();
     let worst = |files: Vec<NewFile>| {
@@ -154,11 +163,8 @@ fn bad_bundles_are_refused_as_by_verify() {
 fn a_moved_original_leaves_the_impostor() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.obj");
-    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
-    std::fs::write(&scene, triangle).unwrap();
     let dir = folder.path().join("bundle");
-    let options = options_of(&dir, SceneChoice::File(scene.clone()));
-    crate::bake(&options, &Console::Silent).unwrap();
+    triangle(&scene, &dir);
     let has_original = |files: &[NewFile]| files.iter().any(|file| file.path == ORIGINAL);
     assert!(has_original(&page_of(&dir).unwrap()));
     let moved = folder.path().join("elsewhere.obj");
@@ -170,7 +176,7 @@ fn a_moved_original_leaves_the_impostor() {
     };
     let files = page_content(&named, &Console::Silent).unwrap();
     assert!(has_original(&files));
-    std::fs::write(&scene, triangle.replace('1', "2")).unwrap();
+    std::fs::write(&scene, TRIANGLE.replace('1', "2")).unwrap();
     let message = format!("{:#}", page_of(&dir).unwrap_err());
     assert!(
         message.contains("not the scene that was baked"),
@@ -179,8 +185,7 @@ fn a_moved_original_leaves_the_impostor() {
 }
 
 /// What a server answers to the first line of a request.
-fn ask(address: SocketAddr, line: &str) -> String {
-    let mut stream = TcpStream::connect(address).unwrap();
+fn ask(stream: &mut TcpStream, line: &str) -> String {
     write!(
         stream,
         "{line} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
@@ -194,38 +199,42 @@ fn ask(address: SocketAddr, line: &str) -> String {
 /// Only the page's files are served, whatever is asked for, and only on this machine.
 #[test]
 fn nothing_but_the_page_is_served() {
-    let (server, address) = bind(0).unwrap();
+    let (_server, address) = start(program(), 0).unwrap();
     assert!(address.ip().is_loopback());
-    std::thread::scope(|scope| {
-        scope.spawn(|| answer_all(&server, program()));
-        for found in ["GET /", "GET /index.html", "GET /?a=../b"] {
-            let answer = ask(address, found);
-            assert!(answer.starts_with("HTTP/1.1 200 "), "{found}: {answer}");
-            assert!(answer.ends_with("<!doctype html>"), "{found}: {answer}");
-            assert!(
-                answer.contains("Content-Type: text/html"),
-                "{found}: {answer}"
-            );
-        }
-        for missing in [
-            "GET /..",
-            "GET /../Cargo.toml",
-            "GET /bundle/../../Cargo.toml",
-            "GET /%2e%2e/Cargo.toml",
-            "GET //etc/passwd",
-            "GET /Cargo.toml",
-            "GET /src",
-        ] {
-            let answer = ask(address, missing);
-            assert!(answer.starts_with("HTTP/1.1 404 "), "{missing}: {answer}");
-        }
-        let answer = ask(address, "POST /");
-        assert!(answer.starts_with("HTTP/1.1 405 "), "{answer}");
-        server.unblock();
-    });
+    let ask = |line: &str| ask(&mut TcpStream::connect(address).unwrap(), line);
+    for found in ["GET /", "GET /index.html", "GET /?a=../b"] {
+        let answer = ask(found);
+        assert!(answer.starts_with("HTTP/1.1 200 "), "{found}: {answer}");
+        assert!(answer.ends_with("<!doctype html>"), "{found}: {answer}");
+        assert!(answer.contains("text/html"), "{found}: {answer}");
+    }
+    for missing in [
+        "GET /..",
+        "GET /../Cargo.toml",
+        "GET /bundle/../../Cargo.toml",
+        "GET /%2e%2e/Cargo.toml",
+        "GET //etc/passwd",
+        "GET /Cargo.toml",
+        "GET /src",
+    ] {
+        let answer = ask(missing);
+        assert!(answer.starts_with("HTTP/1.1 404 "), "{missing}: {answer}");
+    }
+    let answer = ask("POST /");
+    assert!(answer.starts_with("HTTP/1.1 405 "), "{answer}");
     // Somebody else's port is not taken.
-    let taken = bind(address.port())
-        .map(|(_, address)| address)
-        .unwrap_err();
-    assert!(format!("{taken:#}").contains("choose another --port"));
+    let taken = start(program(), address.port()).map(|(_, address)| address);
+    assert!(format!("{:#}", taken.unwrap_err()).contains("choose another --port"));
+}
+
+/// Browsers open many connections at once and keep them: none waits for another.
+#[test]
+fn connections_do_not_wait_for_each_other() {
+    let (_server, address) = start(program(), 0).unwrap();
+    let connect = |_| TcpStream::connect(address).unwrap();
+    let mut streams: Vec<TcpStream> = (0..32).map(connect).collect();
+    // The last first, while the others say nothing.
+    for stream in streams.iter_mut().rev() {
+        assert!(ask(stream, "GET /").starts_with("HTTP/1.1 200 "));
+    }
 }
