@@ -48,19 +48,25 @@ struct Colored<'a> {
 
 /// Checks that a dump may be put at `dir`, and that it is apart from the bundle in `bundle`.
 pub(crate) fn require_place(dir: &Path, bundle: &Path) -> Result<()> {
+    require_apart(dir, bundle, &DUMP)
+}
+
+/// Checks that a folder of a kind may be put at `dir`, and that it is apart from the bundle in `bundle`.
+pub(crate) fn require_apart(dir: &Path, bundle: &Path, kind: &FolderKind) -> Result<()> {
     let real_path = |path: &Path| {
         let path = std::path::absolute(path).context("the current folder is gone")?;
         anyhow::Ok(real(&path))
     };
-    let (of_dump, of_bundle) = (real_path(dir)?, real_path(bundle)?);
-    if of_dump.starts_with(&of_bundle) || of_bundle.starts_with(&of_dump) {
+    let (of_this, of_bundle) = (real_path(dir)?, real_path(bundle)?);
+    if of_this.starts_with(&of_bundle) || of_bundle.starts_with(&of_this) {
         bail!(
-            "{}: a dump and the bundle in {} cannot lie in each other; choose another folder",
+            "{}: a {} and the bundle in {} cannot lie in each other; choose another folder",
             dir.display(),
+            kind.name,
             bundle.display()
         );
     }
-    Ok(require_replaceable_by(dir, &DUMP)?)
+    Ok(require_replaceable_by(dir, kind)?)
 }
 
 /// Writes a dump: it appears complete or not at all.

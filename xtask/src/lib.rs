@@ -1,18 +1,21 @@
-//! The driver: composes the stages into `bake` and `verify`, and owns files, progress and reports.
+//! The driver: composes the stages into `bake`, `verify` and `view`, and owns files, progress and reports.
 
 mod bake;
 mod built_in;
 mod console;
 mod drawn;
 mod dump;
+mod opened;
 mod orbit;
 mod outliers;
 mod parts;
 mod pictures;
 mod source;
 mod verify;
+mod view;
 mod view_cell;
 mod view_space;
+mod viewpoints;
 mod voxels;
 
 pub use bake::{
@@ -28,6 +31,7 @@ pub use verify::{
     BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
     SurfaceBias, VerifyOptions, VerifyReport, verify,
 };
+pub use view::{ViewOptions, export, page_content, page_program, require_export, serve};
 pub use view_cell::ViewCellSpec;
 
 /// What bundles and certificates name as their maker.

@@ -1,6 +1,6 @@
-//! `cargo xtask`: bakes impostors and verifies them.
+//! `cargo xtask`: bakes impostors, verifies them and shows them.
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::Write;
@@ -8,8 +8,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Foliage,
-    Limits, Making, SampleChoice, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, bake,
-    bake_bitfields, verify,
+    Limits, Making, SampleChoice, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec,
+    ViewOptions, bake, bake_bitfields, export, page_content, page_program, require_export, serve,
+    verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -27,6 +28,8 @@ enum Command {
     Bake(Box<BakeArgs>),
     /// Renders original and bundle from the whole view cell and checks the bundle's promise.
     Verify(VerifyArgs),
+    /// Shows a bundle beside its original.
+    View(ViewArgs),
 }
 
 #[derive(Args)]
@@ -174,11 +177,31 @@ struct VerifyArgs {
     json: bool,
 }
 
+#[derive(Args)]
+struct ViewArgs {
+    /// The bundle's folder.
+    dir: PathBuf,
+    /// The original, where it is no longer where it was baked from. Where it is not there at all, the
+    /// impostor is shown alone.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Serves a page for a browser on this machine. Needs Node.js and npm to build the page once.
+    #[arg(long)]
+    web: bool,
+    /// The port to serve the page on. [default: one that is free]
+    #[arg(long, value_name = "N", requires = "web")]
+    port: Option<u16>,
+    /// Writes the page into a folder that any web server can show, instead of serving it.
+    #[arg(long, value_name = "FOLDER", requires = "web", conflicts_with = "port")]
+    export: Option<PathBuf>,
+}
+
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Command::Bake(args) => run_bake(*args),
         Command::Verify(args) => run_verify(args),
+        Command::View(args) => run_view(args),
     };
     done.unwrap_or_else(|error| {
         Console::Stderr.error(&error);
@@ -348,6 +371,31 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
         print_json(&report)?;
     }
     Ok(exit_code(report.holds))
+}
+
+fn run_view(args: ViewArgs) -> anyhow::Result<ExitCode> {
+    if !args.web {
+        bail!(
+            "there is no window to look at a bundle in, but a page for a browser: cargo xtask view \
+             {} --web",
+            args.dir.display()
+        );
+    }
+    if let Some(folder) = &args.export {
+        require_export(folder, &args.dir)?;
+    }
+    let options = ViewOptions {
+        dir: args.dir,
+        scene: args.scene,
+    };
+    let console = &Console::Stderr;
+    let mut files = page_content(&options, console)?;
+    files.extend(page_program(console)?);
+    match args.export {
+        Some(folder) => export(&folder, &options.dir, &files, console)?,
+        None => serve(files, args.port.unwrap_or(0), console)?,
+    }
+    Ok(ExitCode::SUCCESS)
 }
 
 /// One JSON object on stdout, where machines read it.

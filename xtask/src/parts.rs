@@ -2,7 +2,7 @@
 
 use crate::view_cell::represented_box;
 use anyhow::{Result, bail};
-use farfield_bundle::{Side, ViewSpace};
+use farfield_bundle::{Impostor, Manifest, Side, ViewSpace};
 use farfield_layers::{Aim, PromisedCamera, box_corners};
 use farfield_scene::Scene;
 use farfield_views::ViewCell;
@@ -107,11 +107,8 @@ fn frustum<'a>(
 ) -> Option<Part<'a>> {
     let outwards = side.direction();
     let reach = |axis: DVec3| (size / 2.0).dot(axis.abs());
-    let widening = 1.0 + OVERLAP_TEXELS * camera.pixel();
-    let laterals: Vec<DVec3> = DVec3::AXES
-        .into_iter()
-        .filter(|axis| axis.dot(outwards) == 0.0)
-        .collect();
+    let widening = widening(camera);
+    let laterals = laterals(outwards);
     let plane = |lateral: DVec3| -> DVec4 {
         // widening (depth before the side) >= what is beside the box
         let normal = outwards * widening - lateral;
@@ -123,9 +120,36 @@ fn frustum<'a>(
         .collect();
     let cut = scene.clipped(&planes);
     let represented = cut.bounds()?;
+    Some(Part {
+        side: Some(side),
+        scene: Cow::Owned(cut),
+        represented,
+        hull: hull_amid(represented, [center, size], side, camera),
+        cell: ViewCell::Box { center, size },
+        camera: PromisedCamera {
+            aim: Aim::Anywhere,
+            ..*camera
+        },
+    })
+}
+
+/// Corners of a convex body around what lies before a side of a box in its frustum.
+///
+/// * `represented` - least and greatest corner of what lies there
+/// * `[center, size]` - of the box
+fn hull_amid(
+    represented: [DVec3; 2],
+    [center, size]: [DVec3; 2],
+    side: Side,
+    camera: &PromisedCamera,
+) -> [DVec3; 8] {
+    let outwards = side.direction();
+    let reach = |axis: DVec3| (size / 2.0).dot(axis.abs());
+    let widening = widening(camera);
+    let laterals = laterals(outwards);
     let depths = represented.map(|corner| (corner - center).dot(outwards) - reach(outwards));
     let depths = [depths[0].min(depths[1]), depths[0].max(depths[1])];
-    let hull = std::array::from_fn(|i| {
+    std::array::from_fn(|i| {
         let depth = depths[i >> 2];
         let lateral = |bit: usize| {
             let axis = laterals[bit];
@@ -133,18 +157,44 @@ fn frustum<'a>(
             axis * sign * (reach(axis) + widening * depth)
         };
         center + outwards * (reach(outwards) + depth) + lateral(0) + lateral(1)
-    });
-    Some(Part {
-        side: Some(side),
-        scene: Cow::Owned(cut),
-        represented,
-        hull,
-        cell: ViewCell::Box { center, size },
-        camera: PromisedCamera {
-            aim: Aim::Anywhere,
-            ..*camera
-        },
     })
+}
+
+/// How much a frustum widens with the distance from its side.
+fn widening(camera: &PromisedCamera) -> f64 {
+    1.0 + OVERLAP_TEXELS * camera.pixel()
+}
+
+/// The two axes of the world across a side's direction.
+fn laterals(outwards: DVec3) -> Vec<DVec3> {
+    let axes = DVec3::AXES.into_iter();
+    axes.filter(|axis| axis.dot(outwards) == 0.0).collect()
+}
+
+/// Corners of a convex body around what an impostor of a bundle stands for, and whether the camera
+/// looks at its centre or anywhere in it: what [`parts`] finds, told by the manifest.
+pub(crate) fn stated(manifest: &Manifest, impostor: &Impostor) -> ([DVec3; 8], Aim) {
+    let Impostor {
+        represented, side, ..
+    } = *impostor;
+    match (&manifest.options.view_space, side) {
+        (
+            ViewSpace::Amid {
+                view_cell: ViewCell::Box { center, size },
+                ..
+            },
+            Some(side),
+        ) => {
+            let camera = PromisedCamera {
+                aim: Aim::Anywhere,
+                fov: manifest.options.fov_degrees.to_radians(),
+                resolution: manifest.options.resolution,
+            };
+            let hull = hull_amid(represented, [*center, *size], side, &camera);
+            (hull, Aim::Anywhere)
+        }
+        _ => (box_corners(represented), Aim::Center),
+    }
 }
 
 #[cfg(test)]

@@ -8,6 +8,11 @@ use glam::Vec3;
 /// Linear RGB behind everything.
 const BACKGROUND: Vec3 = Vec3::new(0.42, 0.56, 0.71);
 
+/// The colour behind everything, sRGB from 0 to 1.
+pub(crate) fn background() -> [f32; 3] {
+    BACKGROUND.to_array().map(srgb_from_linear)
+}
+
 /// A rendered picture of linear RGB over the background, in sRGB.
 pub(crate) fn over_background(color: &Grid<Vec3>, ids: &Grid<u32>) -> Grid<[u8; 3]> {
     let byte = |c: f32| (srgb_from_linear(c) * 255.0).round() as u8;

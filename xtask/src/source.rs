@@ -139,10 +139,7 @@ pub(crate) fn load_again(
         (SceneSource::File { sha256, .. }, Some(path)) => (path.to_owned(), sha256),
     };
     if !path.exists() {
-        bail!(
-            "{}: the scene that was baked is not there: name it with --scene FILE",
-            path.display()
-        );
+        bail!("{}", not_there(&path));
     }
     let loaded = load(&SceneChoice::File(path.clone()), exclude)?;
     if loaded.sha256 != *sha256 {
@@ -153,6 +150,24 @@ pub(crate) fn load_again(
         );
     }
     Ok(loaded)
+}
+
+/// That the scene of the bundle in `dir` is no longer where it was baked from; `None` where it is, or
+/// was no file.
+pub(crate) fn moved(manifest: &Manifest, dir: &Path) -> Option<String> {
+    match &manifest.scene {
+        SceneSource::File { path, .. } if !dir.join(path).exists() => {
+            Some(not_there(&dir.join(path)))
+        }
+        _ => None,
+    }
+}
+
+fn not_there(path: &Path) -> String {
+    format!(
+        "{}: the scene that was baked is not there: name it with --scene FILE",
+        path.display()
+    )
 }
 
 /// One checksum of a scene's own file and of those it refers to by relative paths.

@@ -6,24 +6,6 @@ use farfield_scene::Scene;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Reads what a bundle's glTF file draws.
-///
-/// # Errors
-///
-/// When it cannot be read, or shows files that the manifest has no checksum of.
-pub(super) fn read_impostors(dir: &Path, manifest: &Manifest) -> Result<Scene> {
-    let path = dir.join(GLTF_FILE);
-    let imported = farfield_import::read(&path)?;
-    let is_listed = |name: &&String| manifest.files.iter().any(|file| file.path == **name);
-    if let Some(name) = imported.files.iter().find(|name| !is_listed(name)) {
-        bail!(
-            "{}: shows {name}, which the manifest does not list: bake again",
-            path.display()
-        );
-    }
-    Ok(imported.scene)
-}
-
 /// The quads of each impostor of a manifest.
 ///
 /// # Errors

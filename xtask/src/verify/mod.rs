@@ -28,12 +28,12 @@ pub use surface::SurfaceBias;
 pub use totals::Place;
 
 use crate::console::Console;
-use crate::parts::{Part, keep_represented, parts};
-use crate::{bake, source};
+use crate::parts::{Part, parts};
+use crate::{bake, opened};
 use anyhow::{Context, Result, bail};
 use construction::Construction;
-use display::{quads_of_each, read_impostors};
-use farfield_bundle::{CertificateState, MANIFEST_FILE, Manifest, ViewSpace};
+use display::quads_of_each;
+use farfield_bundle::{CertificateState, Manifest};
 use farfield_layers::{Aim, PromisedCamera};
 use farfield_sampling::Textures;
 use rayon::prelude::*;
@@ -76,26 +76,22 @@ const CHUNK: u64 = 64;
 /// that was baked.
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
     let dir = &options.dir;
-    let manifest = console.stage("read bundle", || farfield_bundle::read(dir))?;
-    let original = console.stage("read original", || {
-        source::load_again(&manifest, dir, options.scene.as_deref())
-    })?;
+    let manifest = opened::manifest(dir, console)?;
+    let scene = options.scene.as_deref();
     let Some(channels) = manifest.technique.channels() else {
-        return bitfields::verify(options, &manifest, original.scene, console);
+        let original = opened::whole_original(&manifest, dir, scene, console)?;
+        return bitfields::verify(options, &manifest, original, console);
     };
-    let mut original = original.scene;
+    let original = opened::original(&manifest, dir, scene, channels, console)?;
+    let display = opened::display(dir, &manifest)?;
     let space = &manifest.options.view_space;
-    let kept = keep_represented(&mut original, space);
-    bake::channels::prepare(&mut original, channels);
-    let display = read_impostors(dir, &manifest)?;
-    let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
+    let in_manifest = || opened::in_manifest(dir);
     let lens = PromisedCamera {
         aim: Aim::Center,
         fov: manifest.options.fov_degrees.to_radians(),
         resolution: manifest.options.resolution,
     };
     let parts = parts(&original, space, &lens).with_context(in_manifest)?;
-    require_all_objects(&manifest, &kept).with_context(in_manifest)?;
     let of_original = Textures::new(&original);
     let parts = parts_that_are_seen(&manifest, parts, &of_original).with_context(in_manifest)?;
     let quads = quads_of_each(dir, &display, &manifest)?;
@@ -249,20 +245,6 @@ fn command(options: &VerifyOptions) -> String {
     let scene = options.scene.as_deref().map(quoted);
     let scene = scene.map_or(String::new(), |scene| format!(" --scene {scene}"));
     format!("cargo xtask verify {}{scene}", quoted(&options.dir))
-}
-
-/// Checks that the manifest names the objects that are far from the view cell.
-fn require_all_objects(manifest: &Manifest, kept: &[String]) -> Result<()> {
-    if let ViewSpace::Amid { objects, .. } = &manifest.options.view_space
-        && objects != kept
-    {
-        bail!(
-            "options.view_space.objects are not the {} objects that are far from the view cell: \
-             bake again",
-            kept.len()
-        );
-    }
-    Ok(())
 }
 
 /// The parts of the original that the impostors of a manifest stand for.

@@ -2,6 +2,7 @@
 
 use super::construction::Construction;
 use super::subject::Subject;
+use crate::viewpoints::require_end;
 use anyhow::{Result, bail};
 use farfield_layers::Aim;
 use farfield_views::Pose;
@@ -33,9 +34,7 @@ const LARGEST_UNPROVED: u32 = 2048;
 ///
 /// The first viewpoint from which it is not so, as it is from all of the cell of any bake.
 pub(super) fn check_views(subject: &Subject<'_>, indices: Range<u64>) -> Result<()> {
-    if subject.cell.corners().iter().any(|corner| corner.w == 0.0) {
-        bail!("options.view_space.view_cell has no end; bake the bundle again");
-    }
+    require_end(&subject.cell)?;
     for view in LATTICE.chain(indices) {
         let eye = subject.eye(view);
         if subject.lens.aim == Aim::Anywhere {

@@ -1,9 +1,9 @@
 //! What verify says, for programs.
 
 use super::seams::Seams;
-use super::subject::SEED;
 use super::surface::SurfaceBias;
 use super::totals::{Place, Totals};
+use crate::viewpoints::SEED;
 use farfield_bundle::{Beyond, Channels, Cost, ProvedBound};
 use farfield_metrics::Distribution;
 use serde::Serialize;
@@ -51,6 +51,8 @@ pub struct VerifyReport {
     /// The number of the worst viewpoint: most gaps, phantoms and displaced pixels, then the
     /// greatest mean colour difference.
     pub worst_view: u64,
+    /// The numbers of the worst viewpoints, of which there are pictures, the worst first.
+    pub worst_views: Vec<u64>,
     /// Whether the bundle keeps its promise.
     pub holds: bool,
 
@@ -236,6 +238,7 @@ pub(super) fn summarise(
         surface_bias: surface_bias.map(|bias| bias.worst()),
         stray_colours: totals.stray_pixels as f64 / totals.interior_pixels.max(1) as f64,
         worst_view: totals.worst.first().map_or(0, |view| view.view),
+        worst_views: totals.worst.iter().map(|view| view.view).collect(),
         holds: false,
         broken: Vec::new(),
         covered_pixels: totals.coverage.covered,

@@ -2,13 +2,14 @@
 
 use crate::bake::recording::Settings;
 use crate::parts::Part;
+use crate::viewpoints;
 use crate::voxels::Projection;
 use anyhow::{Context, Result, bail};
 use farfield_bundle::{Body, Channels, Impostor, LayeredBody, Manifest, TdmBody, Technique};
 use farfield_layers::{Aim, Layer, LayerStack, PromisedCamera};
 use farfield_sampling::{Foliage, NearestPoints, Textures, Tracer};
 use farfield_scene::Scene;
-use farfield_views::{Camera, Pose, ViewCell, lattice_viewpoints, low_discrepancy_point};
+use farfield_views::{Camera, Pose, ViewCell};
 use glam::{DVec2, DVec3, DVec4};
 use std::borrow::Cow;
 
@@ -96,12 +97,6 @@ impl MeshShape {
     }
 }
 
-/// Distinguishes verify's viewpoints from any that a bake may look from.
-pub(super) const SEED: u64 = 0x7665_7269_6679;
-
-/// Distinguishes where cameras look from where they are.
-const AIM_SEED: u64 = 0x0061_696d;
-
 impl<'a> Subject<'a> {
     /// One impostor of a bundle and the part of the original that it stands for.
     pub(super) fn new(
@@ -173,7 +168,7 @@ impl<'a> Subject<'a> {
     pub(super) fn looked_at(&self, index: u64) -> DVec3 {
         match self.lens.aim {
             Aim::Center => self.target(),
-            Aim::Anywhere => self.sight(index),
+            Aim::Anywhere => viewpoints::sight(&self.hull, index),
         }
     }
 
@@ -189,27 +184,7 @@ impl<'a> Subject<'a> {
 
     /// Viewpoint number `index` of this impostor in the world: 0 is the reference viewpoint.
     pub(super) fn eye(&self, index: u64) -> DVec3 {
-        match index.checked_sub(1) {
-            None => self.reference().eye,
-            Some(index) => self.cell.viewpoint(index, SEED),
-        }
-    }
-
-    /// Where a camera that looks anywhere looks from viewpoint number `index`: at the middle, from
-    /// corners, edges and faces of the cell at opposite ones of the hull, then into all of it.
-    fn sight(&self, index: u64) -> DVec3 {
-        let lattice = lattice_viewpoints();
-        let at = match index.checked_sub(1) {
-            None => DVec3::splat(0.5),
-            Some(index) => match lattice.get(index as usize) {
-                Some(fractions) => DVec3::ONE - *fractions,
-                None => low_discrepancy_point(index, AIM_SEED),
-            },
-        };
-        let along = |axis: usize, a: DVec3, b: DVec3| a.lerp(b, at[axis]);
-        let edge = |i: usize| along(0, self.hull[i], self.hull[i + 1]);
-        let face = |i: usize| along(1, edge(i), edge(i + 2));
-        along(2, face(0), face(4))
+        viewpoints::eye(self.reference().eye, &self.cell, index)
     }
 
     /// The original, or what of it can be in a camera's picture, all before the camera.

@@ -2,9 +2,9 @@
 //! Strothotte.
 
 use super::super::report::OverSamples;
-use super::super::subject::SEED;
 use crate::bake::{Sampler, percentile};
 use crate::orbit::Orbit;
+use crate::viewpoints::SEED;
 use farfield_bitfields::{
     Bitfield, FaceRanges, Samples, Triangulation, culled_share, even_directions, face_sets,
 };

@@ -1,7 +1,6 @@
 //! Views of the original and of what is drawn, compared.
 
 use super::super::report::BitfieldsFigures;
-use super::super::subject::SEED;
 use super::super::subject::Side;
 use super::super::totals::{Place, Totals};
 use super::super::view::{Geometry, Shown, ViewFigures, flip, shown_by};
@@ -9,6 +8,7 @@ use crate::bake::is_in;
 use crate::drawn;
 use crate::orbit::Orbit;
 use crate::pictures::{marked, png};
+use crate::viewpoints::SEED;
 use farfield_bitfields::Lookup;
 use farfield_grid::Grid;
 use farfield_metrics::{

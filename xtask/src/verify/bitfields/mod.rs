@@ -12,8 +12,8 @@ use super::{Left, VerifyOptions, leave, tell_certificate, write_pictures};
 use crate::bake::cost_of_a_face;
 use crate::console::Console;
 use crate::drawn::{self, flattened};
+use crate::opened;
 use crate::orbit::Orbit;
-use crate::verify::display::read_impostors;
 use crate::view_cell::represented_box;
 use anyhow::{Context, Result, bail};
 use farfield_bitfields::{FaceRanges, Lookup, Triangulation};
@@ -44,7 +44,7 @@ pub(super) fn verify(
     let orbit = orbit(manifest, represented).with_context(in_manifest)?;
     let before = farfield_bundle::cost(&original);
     let original = flattened(&original, &impostor.name, represented).with_context(in_manifest)?;
-    let display = read_impostors(dir, manifest)?;
+    let display = opened::display(dir, manifest)?;
     let same = console
         .stage("compare geometry", || {
             original::compare(&original, &display, &lists.parts)
