@@ -2,33 +2,21 @@
 //! patches and lookups cost.
 
 use crate::models;
+use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURE, PICTURES, counted};
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation,
-    adapt, culled_share, even_directions, face_sets, patches, with_neighbors,
+    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Samples,
+    Triangulation, adapt, culled_share, even_directions, face_sets, patches,
 };
-use farfield_sampling::{NONE, Textures, rasterize};
-use farfield_scene::Scene;
-use farfield_views::{Camera, Extent, Pose, sphere_direction};
-use glam::{DVec3, Vec3};
+use farfield_sampling::{NONE, Textures};
+use farfield_views::sphere_direction;
+use glam::DVec3;
 use roaring::RoaringBitmap;
-use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::ops::Range;
 use std::time::Instant;
 
-/// The paper's samples, the pixels of their id buffers, and of the pictures that they are judged by.
-const SAMPLES: u32 = 25;
-const BUFFER: [u32; 2] = [1320, 1074];
-const PICTURE: u32 = 255;
-
-/// Pictures are taken from so many directions.
-const PICTURES: u32 = 320;
-
-/// Pictures in a row that must miss nothing until no more viewpoints are added.
-const CLEAN: u32 = 3000;
-
-/// What id buffers and pictures show from one corner to the opposite, in radians.
-const FOV: f64 = std::f64::consts::FRAC_PI_4;
+/// The paper's samples.
+pub(crate) const SAMPLES: u32 = 25;
 
 const MODELS: [models::Entry; 4] = [
     models::DENSE[0],
@@ -37,127 +25,11 @@ const MODELS: [models::Entry; 4] = [
     models::LARGE[0],
 ];
 
-/// A scene whose triangles are numbered as they are drawn, object by object.
-struct Numbered {
-    name: &'static str,
-    scene: Scene,
-    /// The number of each object's first triangle.
-    first: Vec<u32>,
-    primitives: u32,
-    center: DVec3,
-    /// Of a sphere around all of it.
-    radius: f64,
-    /// Three vertices of each triangle, the same one where they are in the same place.
-    welded: Vec<[u32; 3]>,
-    /// The plane of each triangle: (normal, offset); its front is where the product with a point is
-    /// greater. `None` for what is seen from both sides.
-    planes: Vec<Option<(DVec3, f64)>>,
-}
-
-impl Numbered {
-    fn new(name: &'static str, scene: Scene) -> Self {
-        let mut primitives = 0;
-        let first = (0..scene.objects.len() as u32)
-            .map(|object| {
-                let first = primitives;
-                primitives += scene.mesh_of(object).triangles.len() as u32;
-                first
-            })
-            .collect();
-        let mut vertices = BTreeMap::new();
-        let (mut welded, mut planes) = (Vec::new(), Vec::new());
-        let materials = (0..scene.objects.len() as u32).flat_map(|object| {
-            let triangles = scene.mesh_of(object).triangles.clone();
-            triangles.map(|triangle| scene.triangle_materials[triangle as usize])
-        });
-        for (corners, material) in scene.triangles_in_world().zip(materials) {
-            welded.push(corners.map(|corner| {
-                let next = vertices.len() as u32;
-                *vertices
-                    .entry(corner.to_array().map(f64::to_bits))
-                    .or_insert(next)
-            }));
-            let [a, b, c] = corners;
-            let normal = (b - a).cross(c - a);
-            let single_sided = !scene.materials[material as usize].double_sided;
-            planes.push(single_sided.then_some((normal, normal.dot(a))));
-        }
-        let [min, max] = scene.bounds().expect("the model has triangles");
-        Self {
-            name,
-            scene,
-            first,
-            primitives,
-            center: (min + max) / 2.0,
-            radius: min.distance(max) / 2.0,
-            welded,
-            planes,
-        }
-    }
-
-    /// What is seen from a direction, from where a picture of these pixels just holds the model.
-    fn ids(
-        &self,
-        textures: &Textures<'_>,
-        direction: DVec3,
-        [width, height]: [u32; 2],
-    ) -> Vec<u32> {
-        let extent = Extent::symmetric(FOV, width, height);
-        let eye = self.eye(direction, &extent);
-        let camera = Camera {
-            pose: Pose::looking_along(eye, self.center - eye),
-            extent,
-            width,
-            height,
-        };
-        let seen = rasterize(&self.scene, textures, &camera);
-        let pixels = seen.objects.cells().iter().zip(seen.triangles.cells());
-        let id = |(&object, &triangle): (&u32, &u32)| match object {
-            NONE => NONE,
-            _ => {
-                let start = self.scene.mesh_of(object).triangles.start;
-                self.first[object as usize] + triangle - start
-            }
-        };
-        pixels.map(id).collect()
-    }
-
-    fn eye(&self, direction: DVec3, extent: &Extent) -> DVec3 {
-        let half = extent.max.min_element().atan();
-        self.center + direction * self.radius / half.sin()
-    }
-
-    /// What samples see, and the neighbours of it that face them.
-    fn grown(&self, sets: &[Bitfield], directions: &[DVec3]) -> Vec<Bitfield> {
-        let extent = Extent::symmetric(FOV, BUFFER[0], BUFFER[1]);
-        let grown = |(set, &direction): (&Bitfield, &DVec3)| {
-            let eye = self.eye(direction, &extent);
-            with_neighbors(set, &self.welded, |id| {
-                self.planes[id as usize].is_none_or(|(normal, offset)| normal.dot(eye) > offset)
-            })
-        };
-        sets.iter().zip(directions).map(grown).collect()
-    }
-
-    /// What is seen from each direction.
-    fn sets(&self, textures: &Textures<'_>, directions: &[DVec3]) -> Vec<Bitfield> {
-        let set = |&direction: &DVec3| {
-            Bitfield::from_ids(self.primitives, &self.ids(textures, direction, BUFFER))
-        };
-        directions.iter().map(set).collect()
-    }
-
-    fn centers(&self) -> Vec<Vec3> {
-        let triangles = self.scene.triangles_in_world();
-        triangles
-            .map(|[a, b, c]| ((a + b + c) / 3.0 - self.center).as_vec3())
-            .collect()
-    }
-}
-
 /// A model with its samples, and the pictures that they are judged by.
-struct Sampled {
-    model: Numbered,
+struct Sampled<'a> {
+    model: &'a Numbered,
+    /// Of samples.
+    distances: Distances,
     faces: Triangulation,
     sets: Vec<Bitfield>,
     pictures: Vec<(DVec3, Vec<u32>)>,
@@ -166,7 +38,12 @@ struct Sampled {
 /// Prints all tables.
 pub(crate) fn tables() {
     let read = models::read(&MODELS).into_iter();
-    let sampled: Vec<Sampled> = read.map(|model| sample(model.name, model.scene)).collect();
+    let models: Vec<Numbered> = read
+        .map(|model| Numbered::new(model.name, model.scene))
+        .collect();
+    // The paper's buffers and pictures are both as near as they can be.
+    let one = |model: &Numbered| [BUFFER, [PICTURE; 2]].map(|p| Distances::only(model.distance(p)));
+    let sampled: Vec<Sampled<'_>> = models.iter().map(|m| sample(m, one(m))).collect();
     views_table(&sampled);
     sets_table(&sampled);
     patches_table(&sampled);
@@ -175,54 +52,69 @@ pub(crate) fn tables() {
     lookups(&sampled);
 }
 
-/// Prints the table of viewpoints that are added where they are needed, a matter of half an hour.
-pub(crate) fn adaptive_tables() {
-    for model in models::read(&[models::DENSE[0], models::DENSE[2]]) {
-        adaptive(&sample(model.name, model.scene));
+/// Prints the table of samples at two distances, judged by pictures at any between.
+pub(crate) fn distances_table() {
+    for model in models::read(&MODELS) {
+        let model = Numbered::new(model.name, model.scene);
+        views_table(&[sample(&model, [model.distances(); 2])]);
     }
 }
 
-fn sample(name: &'static str, scene: Scene) -> Sampled {
-    let model = Numbered::new(name, scene);
+/// Prints the table of viewpoints that are added where they are needed, a matter of an hour.
+///
+/// * `name` - of the only model that it is to be of, or of none
+pub(crate) fn adaptive_tables(name: &str) {
+    // A picture of the dragon takes ten times as long.
+    let models = [(MODELS[0], 3000), (MODELS[2], 3000), (MODELS[3], 1000)];
+    let named = models.iter().filter(|((model, ..), _)| *model == name);
+    let named: Vec<_> = named.collect();
+    let chosen = match named.is_empty() {
+        true => models.iter().collect(),
+        false => named,
+    };
+    for &(entry, clean_views) in chosen {
+        for model in models::read(&[entry]) {
+            let model = Numbered::new(model.name, model.scene);
+            adaptive(&model, clean_views);
+        }
+    }
+}
+
+/// * `distances` - of samples and of pictures
+fn sample(model: &Numbered, [distances, of_pictures]: [Distances; 2]) -> Sampled<'_> {
     let textures = Textures::new(&model.scene);
     let directions = even_directions(SAMPLES);
-    let sets = model.sets(&textures, &directions);
-    let faces = Triangulation::new(&directions, DVec3::ZERO).expect("directions are all around");
-    let picture = |index| {
-        let direction = sphere_direction(index, PICTURES);
-        (direction, model.ids(&textures, direction, [PICTURE; 2]))
-    };
-    let pictures = (0..PICTURES).map(picture).collect();
-    drop(textures);
+    let offsets = distances.viewpoints(&directions);
     Sampled {
         model,
-        faces,
-        sets,
-        pictures,
+        distances,
+        faces: Triangulation::new(&directions, DVec3::ZERO).expect("directions are all around"),
+        sets: distances.unite(&model.sets(&textures, &offsets)),
+        pictures: model.pictures(&textures, &of_pictures),
     }
 }
 
 /// Pixels of each picture whose primitive is not in the set of the face, ascending.
-fn missed(sampled: &Sampled, faces: &Triangulation, united: &[Bitfield]) -> Vec<u32> {
+fn missed(pictures: &[(DVec3, Vec<u32>)], faces: &Triangulation, united: &[Bitfield]) -> Vec<u32> {
     let lookup = Lookup::new(faces.clone(), FaceRanges::from_sets(united));
-    let count = |(direction, ids): &(DVec3, Vec<u32>)| {
-        let set = &united[lookup.face(*direction) as usize];
+    let count = |(offset, ids): &(DVec3, Vec<u32>)| {
+        let set = &united[lookup.face(*offset) as usize];
         ids.iter()
             .filter(|&&id| id != NONE && !set.contains(id))
             .count() as u32
     };
-    let mut missed: Vec<u32> = sampled.pictures.iter().map(count).collect();
+    let mut missed: Vec<u32> = pictures.iter().map(count).collect();
     missed.sort_unstable();
     missed
 }
 
 /// The value that a share of ascending values do not exceed.
-fn percentile(ascending: &[u32], share: f64) -> u32 {
+pub(crate) fn percentile(ascending: &[u32], share: f64) -> u32 {
     ascending[((ascending.len() as f64 * share).ceil() as usize).max(1) - 1]
 }
 
 /// Culling and missed pixels over numbers of samples: the paper's Figures 5 and 7.
-fn views_table(all: &[Sampled]) {
+fn views_table(all: &[Sampled<'_>]) {
     println!(
         "\nCulled: mean share of primitives over faces. Missed: pixels of {PICTURES} pictures of \
          {PICTURE} x {PICTURE}, at the 50th and 95th percentile and in the worst. The paper's at 25 \
@@ -238,11 +130,11 @@ fn views_table(all: &[Sampled]) {
         for samples in [14, SAMPLES, 55, 110] {
             let directions = even_directions(samples);
             let faces = Triangulation::new(&directions, DVec3::ZERO).expect("these are all around");
-            let sets = match samples {
-                SAMPLES => sampled.sets.clone(),
-                _ => model.sets(&Textures::new(&model.scene), &directions),
-            };
-            let grown = model.grown(&sets, &directions);
+            let distances = &sampled.distances;
+            let offsets = distances.viewpoints(&directions);
+            let seen = model.sets(&Textures::new(&model.scene), &offsets);
+            let sets = distances.unite(&seen);
+            let grown = distances.unite(&model.grown(&seen, &offsets));
             let ways = [
                 (&sets, Samples::Three),
                 (&sets, Samples::Six),
@@ -251,7 +143,7 @@ fn views_table(all: &[Sampled]) {
             let columns = ways.map(|(sets, samples)| {
                 let united = face_sets(&faces, sets, samples);
                 let share = culled_share(&FaceRanges::from_sets(&united), model.primitives);
-                let missed = missed(sampled, &faces, &united);
+                let missed = missed(&sampled.pictures, &faces, &united);
                 let [half, most] = [0.5, 0.95].map(|share| percentile(&missed, share));
                 let worst = percentile(&missed, 1.0);
                 format!("{:.1} % | {half}, {most}, {worst}", 100.0 * share)
@@ -277,7 +169,7 @@ fn nanoseconds(mut work: impl FnMut()) -> f64 {
 }
 
 /// Bytes of sets, and what it takes to unite six: plain words, roaring bitmaps, runs.
-fn sets_table(all: &[Sampled]) {
+fn sets_table(all: &[Sampled<'_>]) {
     println!(
         "\nBytes of a sample's set (mean), and microseconds to unite the six of a face (mean over \
          faces): plain words with a summary, roaring bitmaps whose runs are found, runs of 8 bytes.\n"
@@ -360,7 +252,7 @@ fn merged(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
 }
 
 /// What patches cost and cull beside lists of primitives.
-fn patches_table(all: &[Sampled]) {
+fn patches_table(all: &[Sampled<'_>]) {
     println!(
         "\nPatches beside lists of primitives: bytes of all faces' lists, the most ranges of a face, \
          mean culling over faces; patches before ranges are joined, and after.\n"
@@ -401,89 +293,92 @@ fn patches_table(all: &[Sampled]) {
 }
 
 /// What it takes until pictures miss nothing.
-fn adaptive(sampled: &Sampled) {
+fn adaptive(model: &Numbered, clean_views: u32) {
     println!(
-        "\n{}: viewpoints added until {CLEAN} pictures in a row miss nothing, then missed pixels of \
-         {PICTURES} others, in all and in the worst.\n",
-        sampled.model.name
+        "\n{}: viewpoints added until {clean_views} pictures in a row, at any distance up to {FARTHEST} \
+         times the least, miss nothing; then missed pixels of {PICTURES} others, in all and in the \
+         worst.\n",
+        model.name
     );
     println!(
-        "| most viewpoints | seed | viewpoints | pictures | s | culled | ranges: bytes | missed | \
-         patches: bytes | culled | missed |"
+        "| viewpoints | seed | pictures | clean at last | s | culled | ranges: bytes | missed | patches: \
+         bytes | culled | missed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let model = &sampled.model;
     let textures = Textures::new(&model.scene);
-    for most_viewpoints in [SAMPLES, 55] {
-        for seed in 0..3 {
-            let settings = AdaptiveSettings {
-                most_viewpoints,
-                clean_views: CLEAN,
-                most_views: 100_000,
-                seed,
-            };
-            let start = Instant::now();
-            let look = |directions: &[DVec3]| {
-                let shown = |direction: &DVec3| {
-                    let mut ids = model.ids(&textures, *direction, [PICTURE; 2]);
-                    ids.retain(|id| *id != NONE);
-                    ids.sort_unstable();
-                    let runs = ids.chunk_by(|a, b| a == b);
-                    runs.map(|run| [run[0], run.len() as u32]).collect()
-                };
-                directions.iter().map(shown).collect()
-            };
-            let adapted = adapt(
-                &even_directions(SAMPLES),
-                &settings,
-                |directions| model.grown(&model.sets(&textures, directions), directions),
-                look,
-            );
-            let Adapted {
-                faces,
-                sets,
-                rounds,
-                ..
-            } = adapted.expect("the first are all around");
-            let seconds = start.elapsed().as_secs_f64();
-            let united = face_sets(&faces, &sets, Samples::Six);
-            let lists = FaceRanges::from_sets(&united);
-            let missed_pixels = |united: &[Bitfield]| {
-                let missed = missed(sampled, &faces, united);
-                format!(
-                    "{}, {}",
-                    missed.iter().sum::<u32>(),
-                    percentile(&missed, 1.0)
-                )
-            };
-            let settings = PatchSettings::default();
-            let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
-            let joined = patches.ranges(&united, settings.most_ranges);
-            let drawn: Vec<Bitfield> = (0..joined.faces())
-                .map(|face| {
-                    let places = joined.of(face).iter().cloned().flatten();
-                    let ids: Vec<u32> = places.map(|at| patches.order[at as usize]).collect();
-                    Bitfield::from_ids(model.primitives, &ids)
-                })
-                .collect();
-            let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
-            println!(
-                "| {most_viewpoints} | {seed} | {} | {} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
-                sets.len(),
-                64 * rounds.len(),
-                share(&lists),
-                lists.bytes(),
-                missed_pixels(&united),
-                joined.bytes(),
-                share(&joined),
-                missed_pixels(&drawn),
-            );
-        }
+    let distances = model.distances();
+    let pictures = model.pictures(&textures, &distances);
+    for seed in 0..3 {
+        let settings = AdaptiveSettings {
+            distances,
+            most_viewpoints: SAMPLES,
+            tolerated_pixels: 0,
+            clean_views,
+            most_views: 100_000,
+            seed,
+        };
+        let start = Instant::now();
+        let look = |offsets: &[DVec3]| {
+            let shown = |offset: &DVec3| counted(model.ids(&textures, *offset, [PICTURE; 2]));
+            offsets.iter().map(shown).collect()
+        };
+        let adapted = adapt(
+            &even_directions(SAMPLES),
+            &settings,
+            |offsets| model.grown(&model.sets(&textures, offsets), offsets),
+            look,
+        );
+        let Adapted {
+            faces,
+            sets,
+            rounds,
+            clean_views,
+        } = adapted.expect("the first are all around");
+        let seconds = start.elapsed().as_secs_f64();
+        let united = face_sets(&faces, &sets, Samples::Six);
+        let lists = FaceRanges::from_sets(&united);
+        let missed_pixels = |united: &[Bitfield]| {
+            let missed = missed(&pictures, &faces, united);
+            format!(
+                "{}, {}",
+                missed.iter().sum::<u32>(),
+                percentile(&missed, 1.0)
+            )
+        };
+        let settings = PatchSettings::default();
+        let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
+        let joined = patches.ranges(&united, settings.most_ranges);
+        let drawn = drawn(&joined, &patches.order);
+        let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
+        println!(
+            "| {} | {seed} | {} | {clean_views} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
+            sets.len(),
+            // Full batches but for the last.
+            64 * rounds.len(),
+            share(&lists),
+            lists.bytes(),
+            missed_pixels(&united),
+            joined.bytes(),
+            share(&joined),
+            missed_pixels(&drawn),
+        );
     }
 }
 
+/// What lists of ranges of patches draw.
+///
+/// * `order` - the primitive at each place
+pub(crate) fn drawn(lists: &FaceRanges, order: &[u32]) -> Vec<Bitfield> {
+    let drawn = |face| {
+        let places = lists.of(face).iter().cloned().flatten();
+        let ids: Vec<u32> = places.map(|at| order[at as usize]).collect();
+        Bitfield::from_ids(order.len() as u32, &ids)
+    };
+    (0..lists.faces()).map(drawn).collect()
+}
+
 /// What 55 id buffers of each model take.
-fn buffers(all: &[Sampled]) {
+fn buffers(all: &[Sampled<'_>]) {
     println!(
         "\nSeconds for 55 id buffers of {} x {} pixels and their sets.\n",
         BUFFER[0], BUFFER[1]
@@ -491,8 +386,9 @@ fn buffers(all: &[Sampled]) {
     println!("| model | primitives | seconds |\n|---|---|---|");
     for Sampled { model, .. } in all {
         let textures = Textures::new(&model.scene);
+        let offsets = Distances::only(model.distance(BUFFER)).viewpoints(&even_directions(55));
         let start = Instant::now();
-        black_box(model.sets(&textures, &even_directions(55)));
+        black_box(model.sets(&textures, &offsets));
         let seconds = start.elapsed().as_secs_f64();
         println!("| {} | {} | {seconds:.1} |", model.name, model.primitives);
     }
@@ -541,7 +437,7 @@ fn unions() {
 }
 
 /// What a lookup takes, over numbers of samples.
-fn lookups(all: &[Sampled]) {
+fn lookups(all: &[Sampled<'_>]) {
     println!("\nNanoseconds from a direction to its ranges, over 10^5 directions in no order.\n");
     println!("| samples | faces | ns |\n|---|---|---|");
     let sets = all.first().map(|sampled| &sampled.sets[0]);

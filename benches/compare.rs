@@ -173,7 +173,7 @@ fn bake_layered(model: &Model) -> (Subject<'_>, Scene) {
     let manifest = farfield_bundle::read(folder.path()).expect("the bundle is sound");
     let display = farfield_import::read(&folder.path().join(GLTF_FILE));
     let impostor = &manifest.impostors[0];
-    let layered = impostor.body.layers().clone();
+    let layered = impostor.body.layers().expect("it is layered").clone();
     let subject = Subject {
         model,
         represented: impostor.represented,

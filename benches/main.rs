@@ -7,8 +7,10 @@
 //! `-- passes` only what plain pictures take, for comparison with `benches/llvmpipe.py`.
 //! `-- auto` tries and fits what `bake --technique auto` predicts, `-- tdm` prints the paper's table of
 //! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer,
-//! `-- bitfields` the tables of ID-bitfields, `-- adaptive`
-//! what it takes until these miss nothing.
+//! `-- bitfields` the tables of ID-bitfields, `-- distances` those of samples at two distances,
+//! `-- adaptive` what it takes until these miss nothing, of all models or, `-- adaptive NAME`, of one,
+//! `-- culled` what they leave to draw beside other ways to draw less, `-- cells` what view cells amid
+//! towns see.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
@@ -19,8 +21,10 @@ mod bakes;
 mod bitfields;
 mod capture;
 mod compare;
+mod culled;
 mod growth;
 mod models;
+mod numbered;
 mod octahedral;
 mod passes;
 mod picture;
@@ -32,6 +36,7 @@ mod simplified;
 mod simplify;
 mod stages;
 mod tdm;
+mod view_cells;
 
 use criterion::Criterion;
 use models::Layered;
@@ -71,8 +76,18 @@ fn main() {
     if asked("auto").is_some() {
         return auto::tables();
     }
-    if asked("adaptive").is_some() {
-        return bitfields::adaptive_tables();
+    if let Some(at) = asked("adaptive") {
+        let name = arguments.get(at + 1).map_or("", String::as_str);
+        return bitfields::adaptive_tables(name);
+    }
+    if asked("culled").is_some() {
+        return culled::table();
+    }
+    if asked("cells").is_some() {
+        return view_cells::tables();
+    }
+    if asked("distances").is_some() {
+        return bitfields::distances_table();
     }
     if asked("bitfields").is_some() {
         return bitfields::tables();

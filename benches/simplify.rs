@@ -52,7 +52,7 @@ fn row(model: &Model, resolution: u32, largest: &mut usize) {
         .expect("the cell lies before the scene")
         .expect("it can be seen");
     let voxels = found.layers();
-    let mesh = initial_mesh(&voxels, found.points(), &Fixed::default(), ENLARGED);
+    let mesh = initial_mesh(&voxels, found.points(), ENLARGED);
     let before = Instant::now();
     let simple = simplify(&mesh, &voxels, ENLARGED).mesh;
     let seconds = before.elapsed().as_secs_f64();

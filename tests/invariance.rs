@@ -185,7 +185,7 @@ fn check_same(a: &Made, b: &Made) -> Result<(), String> {
 /// Triangles, before and after simplification, pieces and charts.
 fn mesh_counts(body: &Body) -> Option<[u64; 4]> {
     match body {
-        Body::Layered(_) => None,
+        Body::Layered(_) | Body::Bitfields(_) => None,
         Body::Tdm(mesh) => Some([
             mesh.initial_triangles,
             mesh.triangles,
@@ -205,7 +205,7 @@ fn check_same_layers(a: &Made, b: &Made) -> Result<(), String> {
         if one.side != other.side {
             return Err("other sides".into());
         }
-        let (layers, others) = (one.body.layers(), other.body.layers());
+        let (layers, others) = (one.body.layers().unwrap(), other.body.layers().unwrap());
         check_same_body(layers, others, b.change.scale)
             .map_err(|e| format!("{:?}: {e}", one.side))?;
     }

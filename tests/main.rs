@@ -1,6 +1,7 @@
 //! What needs two crates or more, and whole bakes.
 
 mod bad_input;
+mod bitfields;
 mod borders;
 mod channels;
 mod damage;

@@ -194,7 +194,10 @@ impl Bundle {
     }
 
     fn body(&self) -> &LayeredBody {
-        self.manifest.impostors[0].body.layers()
+        self.manifest.impostors[0]
+            .body
+            .layers()
+            .expect("it has layers")
     }
 
     /// The centre of what is represented.

@@ -6,12 +6,14 @@
 
 mod good;
 
-use farfield_bundle::{GLTF_FILE, MANIFEST_FILE};
+use farfield_bundle::{FACES_FILE, GLTF_FILE, MANIFEST_FILE};
 use good::{good_scenes, ktx2, picture};
 use image::ImageFormat;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
-use xtask::{Arrangement, BakeOptions, Console, Making, SceneChoice, bake};
+use xtask::{
+    Arrangement, BakeOptions, BitfieldsOptions, Console, Making, SceneChoice, bake, bake_bitfields,
+};
 
 /// What the fuzzer takes, in bytes.
 const LONGEST: u64 = 1 << 14;
@@ -112,6 +114,17 @@ fn bundles() -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             let bytes = fs::read(folder.path().join(name).join(file))?;
             files.push((format!("{name}-{}", file.replace('/', "-")), bytes));
         }
+    }
+    let dir = folder.path().join("bitfields");
+    let options = BitfieldsOptions {
+        resolution: 16,
+        held_back: 16,
+        out: Some(dir.clone()),
+        ..BitfieldsOptions::new(SceneChoice::File(scene))
+    };
+    bake_bitfields(&options, &Console::Silent)?;
+    for file in [MANIFEST_FILE, GLTF_FILE, FACES_FILE] {
+        files.push((format!("bitfields-{file}"), fs::read(dir.join(file))?));
     }
     Ok(files)
 }

@@ -153,7 +153,7 @@ fn a_bundle_that_leaves_out_a_side_or_objects_is_refused() {
 
     rewritten(&dir, |manifest| {
         let dropped = manifest.impostors.pop().unwrap();
-        let body = dropped.body.layers();
+        let body = dropped.body.layers().unwrap();
         let total = &mut manifest.statistics;
         total.layers -= body.layers.len() as u64;
         total.quads -= body.layers.iter().map(|l| u64::from(l.quads)).sum::<u64>();

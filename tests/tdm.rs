@@ -27,7 +27,7 @@ fn house(out: &Path) -> BakeOptions {
 fn body(manifest: &Manifest) -> &TdmBody {
     match &manifest.impostors[0].body {
         Body::Tdm(body) => body,
-        Body::Layered(_) => panic!("a mesh was asked for"),
+        Body::Layered(_) | Body::Bitfields(_) => panic!("a mesh was asked for"),
     }
 }
 

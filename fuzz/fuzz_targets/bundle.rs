@@ -1,14 +1,17 @@
-//! A manifest, a geometry or a page of any bytes in the place of a good bundle's, with checksums
+//! A manifest, a geometry, a page or lists of any bytes in the place of a good bundle's, with checksums
 //! that are right, is refused or verified.
 
 #![no_main]
 
-use farfield_bundle::{Channels, GLTF_FILE, MANIFEST_FILE, sha256_hex};
+use farfield_bundle::{Channels, FACES_FILE, FACES_FORMAT, GLTF_FILE, MANIFEST_FILE, sha256_hex};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::LazyLock;
-use xtask::{BakeOptions, Console, Making, SceneChoice, VerifyOptions, bake, verify};
+use xtask::{
+    BakeOptions, BitfieldsOptions, Console, Making, SceneChoice, VerifyOptions, bake,
+    bake_bitfields, verify,
+};
 
 const SCENE: &[u8] = include_bytes!("../scene.obj");
 const PAGE_FILE: &str = "pages/000.png";
@@ -23,7 +26,20 @@ struct Bundle {
     dir: PathBuf,
     manifest: Value,
     geometry: Vec<u8>,
-    page: Vec<u8>,
+    /// A page, or the lists of bitfields.
+    shown: (&'static str, Vec<u8>),
+}
+
+impl Bundle {
+    fn read(dir: PathBuf, shown: &'static str) -> Self {
+        let read = |name: &str| fs::read(dir.join(name)).expect("the bundle has it");
+        Self {
+            manifest: serde_json::from_slice(&read(MANIFEST_FILE)).expect("it is JSON"),
+            geometry: read(GLTF_FILE),
+            shown: (shown, read(shown)),
+            dir,
+        }
+    }
 }
 
 static GOOD: LazyLock<Good> = LazyLock::new(|| {
@@ -50,29 +66,30 @@ static GOOD: LazyLock<Good> = LazyLock::new(|| {
                 ..BakeOptions::new(SceneChoice::File(scene.clone()))
             };
             bake(&options, &Console::Silent).expect("the scene can be baked");
-            let read = |name: &str| fs::read(dir.join(name)).expect("the bundle has it");
-            Bundle {
-                manifest: serde_json::from_slice(&read(MANIFEST_FILE)).expect("it is JSON"),
-                geometry: read(GLTF_FILE),
-                page: read(PAGE_FILE),
-                dir,
-            }
+            Bundle::read(dir, PAGE_FILE)
         });
-    Good {
-        bundles: bundles.collect(),
-        folder,
-    }
+    let mut bundles: Vec<Bundle> = bundles.collect();
+    let dir = folder.path().join("bitfields");
+    let options = BitfieldsOptions {
+        resolution: 16,
+        held_back: 16,
+        out: Some(dir.clone()),
+        ..BitfieldsOptions::new(SceneChoice::File(scene))
+    };
+    bake_bitfields(&options, &Console::Silent).expect("the scene can be baked");
+    bundles.push(Bundle::read(dir, FACES_FILE));
+    Good { bundles, folder }
 });
 
 impl Bundle {
     /// Writes all files, and a manifest with checksums that are right where it is an object.
-    fn write(&self, manifest: &[u8], geometry: &[u8], page: &[u8]) {
+    fn write(&self, manifest: &[u8], geometry: &[u8], shown: &[u8]) {
         let mut manifest = manifest.to_vec();
         if let Ok(mut value @ Value::Object(_)) = serde_json::from_slice(&manifest) {
             for file in value["files"].as_array_mut().into_iter().flatten() {
                 let bytes = match file["path"].as_str() {
                     Some(GLTF_FILE) => geometry,
-                    Some(PAGE_FILE) => page,
+                    Some(name) if name == self.shown.0 => shown,
                     _ => continue,
                 };
                 file["bytes"] = json!(bytes.len());
@@ -85,7 +102,7 @@ impl Bundle {
         for (name, bytes) in [
             (MANIFEST_FILE, &*manifest),
             (GLTF_FILE, geometry),
-            (PAGE_FILE, page),
+            (self.shown.0, shown),
         ] {
             fs::write(self.dir.join(name), bytes).expect("the file can be written");
         }
@@ -97,11 +114,20 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     assert!(good.folder.path().exists());
     for bundle in &good.bundles {
         let manifest = bundle.manifest.to_string().into_bytes();
-        // How the bytes begin tells what they are.
+        let (name, shown) = &bundle.shown;
+        let are_lists = || {
+            bytes
+                .windows(FACES_FORMAT.len())
+                .any(|w| w == FACES_FORMAT.as_bytes())
+        };
+        // How the bytes begin tells what they are, and of lists their format.
         match bytes {
-            [b'g', ..] => bundle.write(&manifest, bytes, &bundle.page),
-            [0x89, ..] => bundle.write(&manifest, &bundle.geometry, bytes),
-            _ => bundle.write(bytes, &bundle.geometry, &bundle.page),
+            [b'g', ..] => bundle.write(&manifest, bytes, shown),
+            [0x89, ..] if *name == PAGE_FILE => bundle.write(&manifest, &bundle.geometry, bytes),
+            _ if *name == FACES_FILE && are_lists() => {
+                bundle.write(&manifest, &bundle.geometry, bytes);
+            }
+            _ => bundle.write(bytes, &bundle.geometry, shown),
         }
         let options = VerifyOptions {
             dir: bundle.dir.clone(),

@@ -3,8 +3,10 @@
 mod bake;
 mod built_in;
 mod console;
+mod drawn;
 mod dump;
 mod opened;
+mod orbit;
 mod outliers;
 mod parts;
 mod pictures;
@@ -17,8 +19,8 @@ mod viewpoints;
 mod voxels;
 
 pub use bake::{
-    Arrangement, BakeOptions, BakeReport, ImpostorReport, Limits, Making, auto, bake, recording,
-    voxelize,
+    Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BitfieldsReport, HELD_BACK,
+    ImpostorReport, Limits, Making, SampleChoice, auto, bake, bake_bitfields, recording, voxelize,
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
@@ -26,8 +28,8 @@ pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
-    CostOfBoth, CoverageAt, Place, Seams, Spread, Summary, SurfaceBias, VerifyOptions,
-    VerifyReport, verify,
+    BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
+    SurfaceBias, VerifyOptions, VerifyReport, verify,
 };
 pub use view::{ViewOptions, export, page_content, page_program, require_export, serve};
 pub use view_cell::ViewCellSpec;

@@ -7,9 +7,10 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    Arrangement, BakeOptions, BakeReport, BuiltIn, Channels, Console, Foliage, Limits, Making,
-    SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec, ViewOptions, bake, export,
-    page_content, page_program, require_export, serve, verify,
+    Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Foliage,
+    Limits, Making, SampleChoice, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec,
+    ViewOptions, bake, bake_bitfields, export, page_content, page_program, require_export, serve,
+    verify,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -24,7 +25,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Bakes a scene into a bundle: glTF, atlas pages and a manifest.
-    Bake(BakeArgs),
+    Bake(Box<BakeArgs>),
     /// Renders original and bundle from the whole view cell and checks the bundle's promise.
     Verify(VerifyArgs),
     /// Shows a bundle beside its original.
@@ -65,13 +66,13 @@ struct BakeArgs {
     /// Leaves out all objects of this name; may be repeated.
     #[arg(long, value_name = "NAME")]
     exclude: Vec<String>,
-    /// What a quad is worth in bytes: more gives fewer quads and larger pages.
-    #[arg(long, default_value_t = 104.0, value_parser = positive)]
-    bytes_per_quad: f64,
+    /// What a quad is worth in bytes: more gives fewer quads and larger pages. [default: 104]
+    #[arg(long, value_name = "BYTES", value_parser = positive)]
+    bytes_per_quad: Option<f64>,
     /// Of meshes, how far they may pass from what they stand for: the side of a voxel, in voxels, when
-    /// it is asked whether the mesh touches it, from 1 to 2. More gives fewer triangles.
-    #[arg(long, default_value_t = 1.5, value_name = "FACTOR", value_parser = enlargement)]
-    enlarge: f64,
+    /// it is asked whether the mesh touches it, from 1 to 2. More gives fewer triangles. [default: 1.5]
+    #[arg(long, value_name = "FACTOR", value_parser = enlargement)]
+    enlarge: Option<f64>,
     /// The most triangles that the impostors may have: larger quads, or larger voxels of meshes, are
     /// tried to stay within it.
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
@@ -79,15 +80,31 @@ struct BakeArgs {
     /// The most bytes that uncompressed pages, vertices and indices may take.
     #[arg(long, value_name = "BYTES", value_parser = clap::value_parser!(u64).range(1..))]
     max_bytes: Option<u64>,
-    /// Longest side of an atlas page, in texels.
-    #[arg(long, default_value_t = 4096, value_parser = clap::value_parser!(u32).range(64..=16384))]
-    page_size: u32,
-    /// How leaves and other masked materials are recorded.
-    #[arg(long, value_enum, default_value_t = FoliageArg::Any)]
-    foliage: FoliageArg,
-    /// What the pages hold.
-    #[arg(long, value_enum, default_value_t = ChannelsArg::Lit)]
-    channels: ChannelsArg,
+    /// Longest side of an atlas page, in texels. [default: 4096]
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(64..=16384))]
+    page_size: Option<u32>,
+    /// How leaves and other masked materials are recorded. [default: any]
+    #[arg(long, value_enum)]
+    foliage: Option<FoliageArg>,
+    /// What the pages hold. [default: lit]
+    #[arg(long, value_enum)]
+    channels: Option<ChannelsArg>,
+    /// Of bitfields, from where the scene is looked at: as many directions, spread evenly, or those of
+    /// the viewpoints in a file, a line `x y z` each, in metres. Pixels that are missed are counted
+    /// then, and promised not to become more.
+    /// [default: from where it is needed, until nothing is missed]
+    #[arg(long, value_name = "COUNT|FILE",
+        value_parser = OsStringValueParser::new().map(SampleChoice::from_argument))]
+    samples: Option<SampleChoice>,
+    /// Of bitfields, the least and the greatest distance of the viewer from the scene's centre, in
+    /// metres. [default: those of the viewpoints in the file of --samples, or else from where the scene
+    /// fits into the picture to four times as far]
+    #[arg(long, value_name = "MIN:MAX", value_parser = range)]
+    distances: Option<[f64; 2]>,
+    /// Of bitfields, how many views, that the samples were not taken from, judge them: without --samples
+    /// so many one after another must miss nothing. [default: 1000]
+    #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    held_back: Option<u32>,
     /// Verifies the bundle from 256 viewpoints, as `verify` does.
     #[arg(long)]
     verify: bool,
@@ -109,6 +126,9 @@ enum Technique {
     Layered,
     /// Textured depth meshes: layers connected and simplified, for what is near.
     Tdm,
+    /// The original geometry, and for each direction the ranges of it that can be seen: for dense
+    /// models seen from near, from all around.
+    Bitfields,
     /// Whichever is predicted to take fewer bytes of pages, 52 bytes a triangle added, told before
     /// either is made; where that cannot be made or misses the limits, the other.
     Auto,
@@ -146,7 +166,7 @@ struct VerifyArgs {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
-    /// then an even sequence of points inside.
+    /// then an even sequence of points inside; of bitfields directions and distances spread evenly.
     #[arg(long, default_value_t = VIEWS, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
     views: u64,
     /// Looks from this viewpoint only, and writes its pictures.
@@ -179,7 +199,7 @@ struct ViewArgs {
 fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
-        Command::Bake(args) => run_bake(args),
+        Command::Bake(args) => run_bake(*args),
         Command::Verify(args) => run_verify(args),
         Command::View(args) => run_view(args),
     };
@@ -190,52 +210,15 @@ fn main() -> ExitCode {
 }
 
 fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
-    let layered = Making::Layered {
-        bytes_per_quad: args.bytes_per_quad,
+    let (must_verify, json) = (args.verify, args.json);
+    refuse_options_of_others(&args)?;
+    let report = match args.technique {
+        Technique::Bitfields => bake_bitfields(&bitfields_options(args), &Console::Stderr)?,
+        Technique::Layered | Technique::Tdm | Technique::Auto => {
+            bake(&impostor_options(args), &Console::Stderr)?
+        }
     };
-    let tdm = Making::Tdm {
-        enlarged: args.enlarge,
-    };
-    let options = BakeOptions {
-        scene: args
-            .scene
-            .unwrap_or(SceneChoice::BuiltIn(BuiltIn::default())),
-        view_cell: args.view_cell,
-        arrangement: match (args.far, args.views_around) {
-            (Some(distance), _) => Arrangement::Far(distance),
-            (None, Some(distance)) => Arrangement::Around(distance),
-            (None, None) => Arrangement::Before,
-        },
-        resolution: args.resolution,
-        fov_degrees: args.fov,
-        exclude: args.exclude,
-        making: match args.technique {
-            Technique::Layered | Technique::Auto => layered,
-            Technique::Tdm => tdm,
-        },
-        alternative: match args.technique {
-            Technique::Layered | Technique::Tdm => None,
-            Technique::Auto => Some(tdm),
-        },
-        limits: Limits {
-            triangles: args.max_triangles,
-            bytes: args.max_bytes,
-        },
-        page_size: args.page_size,
-        foliage: match args.foliage {
-            FoliageArg::Any => Foliage::Any,
-            FoliageArg::Centre => Foliage::Centre,
-        },
-        channels: match args.channels {
-            ChannelsArg::Lit => Channels::Lit,
-            ChannelsArg::Unlit => Channels::Unlit,
-            ChannelsArg::Pbr => Channels::Pbr,
-        },
-        out: args.out,
-        dump: args.dump,
-    };
-    let report: BakeReport = bake(&options, &Console::Stderr)?;
-    let verified = match args.verify {
+    let verified = match must_verify {
         true => Some(verify(
             &VerifyOptions {
                 dir: report.bundle.clone(),
@@ -247,13 +230,115 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         false => None,
     };
     let holds = verified.as_ref().is_none_or(|report| report.holds);
-    if args.json {
+    if json {
         print_json(&BakeOutput {
             report,
             verify: verified,
         })?;
     }
     Ok(exit_code(holds))
+}
+
+/// Refuses what the technique that is asked for would ignore.
+fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
+    let of_impostors = [
+        ("--view-cell", args.view_cell.is_some()),
+        ("--far", args.far.is_some()),
+        ("--views-around", args.views_around.is_some()),
+        ("--bytes-per-quad", args.bytes_per_quad.is_some()),
+        ("--enlarge", args.enlarge.is_some()),
+        ("--max-triangles", args.max_triangles.is_some()),
+        ("--max-bytes", args.max_bytes.is_some()),
+        ("--page-size", args.page_size.is_some()),
+        ("--foliage", args.foliage.is_some()),
+        ("--channels", args.channels.is_some()),
+        ("--dump", args.dump.is_some()),
+    ];
+    let of_bitfields = [
+        ("--samples", args.samples.is_some()),
+        ("--distances", args.distances.is_some()),
+        ("--held-back", args.held_back.is_some()),
+    ];
+    let given = |options: &[(&'static str, bool)]| {
+        let given = options.iter().filter(|(_, is_given)| *is_given);
+        given.map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+    };
+    match args.technique {
+        Technique::Bitfields => match given(&of_impostors) {
+            none if none.is_empty() => Ok(()),
+            some => anyhow::bail!(
+                "{some}: not for --technique bitfields, which draws the original geometry for viewers all \
+                 around, without layers, pages and view cells; leave this out, or choose another technique"
+            ),
+        },
+        Technique::Layered | Technique::Tdm | Technique::Auto => match given(&of_bitfields) {
+            none if none.is_empty() => Ok(()),
+            some => anyhow::bail!("{some}: for --technique bitfields only"),
+        },
+    }
+}
+
+fn scene_choice(named: Option<SceneChoice>) -> SceneChoice {
+    named.unwrap_or(SceneChoice::BuiltIn(BuiltIn::default()))
+}
+
+fn bitfields_options(args: BakeArgs) -> BitfieldsOptions {
+    let options = BitfieldsOptions::new(scene_choice(args.scene));
+    BitfieldsOptions {
+        exclude: args.exclude,
+        resolution: args.resolution,
+        fov_degrees: args.fov,
+        distances: args.distances,
+        samples: args.samples.unwrap_or(SampleChoice::Adaptive),
+        held_back: args.held_back.unwrap_or(options.held_back),
+        out: args.out,
+        ..options
+    }
+}
+
+fn impostor_options(args: BakeArgs) -> BakeOptions {
+    let layered = Making::Layered {
+        bytes_per_quad: args.bytes_per_quad.unwrap_or(104.0),
+    };
+    let tdm = Making::Tdm {
+        enlarged: args.enlarge.unwrap_or(1.5),
+    };
+    BakeOptions {
+        scene: scene_choice(args.scene),
+        view_cell: args.view_cell,
+        arrangement: match (args.far, args.views_around) {
+            (Some(distance), _) => Arrangement::Far(distance),
+            (None, Some(distance)) => Arrangement::Around(distance),
+            (None, None) => Arrangement::Before,
+        },
+        resolution: args.resolution,
+        fov_degrees: args.fov,
+        exclude: args.exclude,
+        making: match args.technique {
+            Technique::Layered | Technique::Auto | Technique::Bitfields => layered,
+            Technique::Tdm => tdm,
+        },
+        alternative: match args.technique {
+            Technique::Layered | Technique::Tdm | Technique::Bitfields => None,
+            Technique::Auto => Some(tdm),
+        },
+        limits: Limits {
+            triangles: args.max_triangles,
+            bytes: args.max_bytes,
+        },
+        page_size: args.page_size.unwrap_or(4096),
+        foliage: match args.foliage {
+            None | Some(FoliageArg::Any) => Foliage::Any,
+            Some(FoliageArg::Centre) => Foliage::Centre,
+        },
+        channels: match args.channels {
+            None | Some(ChannelsArg::Lit) => Channels::Lit,
+            Some(ChannelsArg::Unlit) => Channels::Unlit,
+            Some(ChannelsArg::Pbr) => Channels::Pbr,
+        },
+        out: args.out,
+        dump: args.dump,
+    }
 }
 
 /// What `bake --json` prints.
@@ -327,6 +412,13 @@ fn field_of_view(text: &str) -> Result<f64, String> {
         true => Ok(degrees),
         false => Err("a field of view lies between 0.01 and 170 degrees".into()),
     }
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let (min, max) = text
+        .split_once(':')
+        .ok_or("distances are MIN:MAX, such as 2:10")?;
+    Ok([positive(min)?, positive(max)?])
 }
 
 fn enlargement(text: &str) -> Result<f64, String> {

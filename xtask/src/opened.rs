@@ -17,27 +17,40 @@ pub(crate) fn manifest(dir: &Path, console: &Console) -> Result<Manifest> {
     Ok(console.stage("read bundle", || farfield_bundle::read(dir))?)
 }
 
-/// What of the original the impostors of the bundle in `dir` stand for, with the light that its pages
-/// were recorded under.
+/// The original that the bundle in `dir` was baked from, less what was excluded.
 ///
 /// * `instead` - where it is no longer where it was baked from
 ///
 /// # Errors
 ///
-/// When the original is not there or not the one that was baked.
+/// When it is not there or not the one that was baked.
+pub(crate) fn whole_original(
+    manifest: &Manifest,
+    dir: &Path,
+    instead: Option<&Path>,
+    console: &Console,
+) -> Result<Scene> {
+    let load = || source::load_again(manifest, dir, instead);
+    Ok(console.stage("read original", load)?.scene)
+}
+
+/// What of the original the impostors stand for, with the light that their pages were recorded under.
+///
+/// # Errors
+///
+/// As for [`whole_original`], and when the manifest names other objects than are far from the cell.
 pub(crate) fn original(
     manifest: &Manifest,
     dir: &Path,
     instead: Option<&Path>,
     console: &Console,
 ) -> Result<Scene> {
-    let loaded = console.stage("read original", || {
-        source::load_again(manifest, dir, instead)
-    })?;
-    let mut scene = loaded.scene;
+    let mut scene = whole_original(manifest, dir, instead, console)?;
     let kept = keep_represented(&mut scene, &manifest.options.view_space);
     require_all_objects(manifest, &kept).with_context(|| in_manifest(dir))?;
-    bake::channels::prepare(&mut scene, manifest.technique.channels());
+    if let Some(channels) = manifest.technique.channels() {
+        bake::channels::prepare(&mut scene, channels);
+    }
     Ok(scene)
 }
 

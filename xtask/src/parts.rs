@@ -86,6 +86,7 @@ pub(crate) fn parts<'a>(
             Side::ALL.into_iter().filter_map(cut).collect()
         }
         ViewSpace::Amid { .. } => bail!("only a box lies amid a scene"),
+        ViewSpace::Shell { .. } => bail!("a shell is for bitfields only"),
     })
 }
 

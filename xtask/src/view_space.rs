@@ -150,5 +150,9 @@ pub(crate) fn describe(space: &ViewSpace) -> String {
             center.z,
             near * 3f64.sqrt()
         ),
+        ViewSpace::Shell { center, near, far } => format!(
+            "around {},{},{}, from {near:.6} m to {far:.6} m",
+            center.x, center.y, center.z
+        ),
     }
 }

@@ -142,6 +142,100 @@ fn view_says_what_to_do() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
+/// Of bitfields too, with fields of their own.
+#[test]
+fn bitfields_report_as_promised() {
+    let folder = tempfile::tempdir().unwrap();
+    let bake = [
+        "bake",
+        "house",
+        "--technique",
+        "bitfields",
+        "--resolution",
+        "64",
+        "--held-back",
+        "32",
+        "--verify",
+        "--json",
+    ];
+    let baked = xtask(&bake, folder.path());
+    assert_eq!(baked.status.code(), Some(0), "{}", stderr(&baked));
+    assert_fields(
+        &baked,
+        &["bundle", "technique", "triangles_in", "layers", "bitfields"],
+    );
+    let object: serde_json::Value = serde_json::from_slice(&baked.stdout).unwrap();
+    assert_eq!(object["technique"], "bitfields");
+    for name in [
+        "viewpoints",
+        "faces",
+        "ranges",
+        "culled",
+        "list_bytes",
+        "missed_pixels",
+    ] {
+        assert!(
+            object["bitfields"][name].is_number(),
+            "{name} is not in {object}"
+        );
+    }
+    assert_eq!(object["verify"]["holds"], true);
+    for name in [
+        "missed_pixels",
+        "wrong_pixels",
+        "culled",
+        "missed_pixels_worst",
+    ] {
+        assert!(
+            object["verify"]["bitfields"][name].is_number(),
+            "{name} is not in {object}"
+        );
+    }
+    let bundle = folder.path().join("target/farfield/house-bitfields");
+    for name in [
+        "faces.json",
+        "report.html",
+        "verify.json",
+        "certificate.json",
+    ] {
+        assert!(bundle.join(name).exists(), "there is no {name}");
+    }
+}
+
+/// Options that the technique would ignore are refused, and nothing is left behind.
+#[test]
+fn options_of_other_techniques_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let bitfields = ["bake", "house", "--technique", "bitfields"];
+    let layered = ["bake", "house"];
+    for (first, rest) in [
+        (&bitfields[..], &["--views-around=30"][..]),
+        (
+            &bitfields,
+            &["--view-cell", "box:0,0,90:1,1,1", "--far", "30"],
+        ),
+        (&bitfields, &["--foliage", "centre"]),
+        (&bitfields, &["--channels", "pbr"]),
+        (&bitfields, &["--max-bytes", "1000"]),
+        (&bitfields, &["--page-size", "512"]),
+        (&bitfields, &["--dump", "dump"]),
+        (&layered, &["--samples", "25"]),
+        (&layered, &["--distances", "30:60"]),
+        (&layered, &["--held-back", "30"]),
+    ] {
+        let output = xtask(&[first, rest].concat(), folder.path());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{rest:?}: {text}");
+        let name = rest[0].split('=').next().unwrap();
+        assert!(
+            text.starts_with("error: ") && text.contains(name),
+            "{rest:?}: {text}"
+        );
+        assert_eq!(text.lines().count(), 1, "{text}");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}
+
 #[test]
 fn a_wrong_command_line_is_status_2() {
     let folder = tempfile::tempdir().unwrap();
@@ -149,6 +243,8 @@ fn a_wrong_command_line_is_status_2() {
         &["bake", "--view-cell", "ball:0,0,0:1"][..],
         &["bake", "--fov", "190"],
         &["bake", "--resolution", "many"],
+        &["bake", "--technique", "bitfields", "--distances", "30"],
+        &["bake", "--technique", "bitfields", "--held-back", "0"],
         &["verify"],
         &["verify", ".", "--views", "0"],
         &["view"],

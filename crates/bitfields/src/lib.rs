@@ -4,20 +4,36 @@ mod bitfield;
 mod connectivity;
 
 mod directions;
+mod merged;
 mod triangulation;
 
 mod faces;
 mod lookup;
 
+mod parts;
 mod patches;
+
+mod distances;
+mod held_back;
 
 mod adaptive;
 
-pub use adaptive::{Adapted, AdaptiveSettings, Round, adapt};
+mod cells;
+mod cube_map;
+mod grid;
+
+pub use adaptive::{Adapted, AdaptiveSettings, adapt};
 pub use bitfield::Bitfield;
+pub use cells::{CellSet, CellSettings, cell_set};
 pub use connectivity::with_neighbors;
+pub use cube_map::cube_map;
 pub use directions::{even_directions, widest_gap};
+pub use distances::Distances;
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
+pub use grid::CellGrid;
+pub use held_back::Round;
 pub use lookup::Lookup;
-pub use patches::{PatchSettings, Patches, patches};
+pub use merged::{merge_directions, unite_merged};
+pub use parts::patches_in_parts;
+pub use patches::{PatchSettings, Patches, cell_patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};

@@ -52,8 +52,7 @@ impl Default for PatchSettings {
 ///
 /// Groups are cut in two, again and again, in the middle along an axis, small ones also at the
 /// quarters: an axis of space, or one of the mean direction in which the faces lie that see a
-/// primitive. Each time it is the axis that
-/// leaves the least doubt about which faces see what (the sum over both parts and all faces of
+/// primitive. Each time it is the axis that leaves the least doubt about which faces see what (the sum over both parts and all faces of
 /// p (1 - p), p the share of the part that the face sees), and in the end the least that is drawn
 /// (the primitives of both parts, each times the faces that see any of the part). Axes of space
 /// have neighbours stay together; those of directions separate the front of a thin wall from its
@@ -73,14 +72,48 @@ pub fn patches(
     sets: &[Bitfield],
     most_primitives: u32,
 ) -> Patches {
+    let middle = |face| faces.corners(face).iter().sum::<DVec3>().normalize();
+    let middles: Vec<DVec3> = (0..faces.faces().len() as u32).map(middle).collect();
+    grouped(centers, &middles, sets, most_primitives)
+}
+
+/// Groups primitives into patches for view cells, as [`patches`] does for faces: all cells share
+/// one order, and have a list of ranges each ([`Patches::ranges`]).
+///
+/// Where faces lie in directions, cells lie in places: what is seen from the same cells is drawn
+/// together.
+///
+/// * `centers` - of each primitive, in any unit
+/// * `cells` - the middle of each cell, in metres
+/// * `sets` - what each cell sees
+/// * `most_primitives` - see [`PatchSettings`]
+///
+/// # Panics
+///
+/// When there is not one set for each cell, the sets are not of as many primitives as there are
+/// centres, or no primitive is allowed in a patch.
+pub fn cell_patches(
+    centers: &[Vec3],
+    cells: &[DVec3],
+    sets: &[Bitfield],
+    most_primitives: u32,
+) -> Patches {
+    // Single precision is for what is near the origin.
+    let middle = cells.iter().sum::<DVec3>() / cells.len().max(1) as f64;
+    let offsets: Vec<DVec3> = cells.iter().map(|cell| *cell - middle).collect();
+    grouped(centers, &offsets, sets, most_primitives)
+}
+
+/// * `places` - where each of the sets is seen from: a direction or an offset
+fn grouped(centers: &[Vec3], places: &[DVec3], sets: &[Bitfield], most_primitives: u32) -> Patches {
     assert!(most_primitives > 0, "patches without primitives");
     assert!(
-        sets.len() == faces.faces().len(),
-        "{} sets for {} faces",
+        sets.len() == places.len(),
+        "{} sets for {} faces or cells",
         sets.len(),
-        faces.faces().len()
+        places.len()
     );
-    let seen = Seen::new(centers, faces, sets);
+    let seen = Seen::new(centers, places, sets);
     let some = |id: &u32| seen.signature(*id).iter().any(|word| *word != 0);
     let (mut order, hidden): (Vec<u32>, Vec<u32>) = (0..centers.len() as u32).partition(some);
     let groups = match order.len() {
@@ -192,22 +225,21 @@ struct Group {
 }
 
 impl Seen {
-    fn new(centers: &[Vec3], faces: &Triangulation, sets: &[Bitfield]) -> Self {
+    fn new(centers: &[Vec3], places: &[DVec3], sets: &[Bitfield]) -> Self {
         let words = sets.len().div_ceil(64);
         let mut signatures = vec![0u64; words * centers.len()];
         let mut directions = vec![(DVec3::ZERO, 0u32); centers.len()];
-        for (face, set) in sets.iter().enumerate() {
+        for (face, (set, place)) in sets.iter().zip(places).enumerate() {
             assert!(
                 set.primitives() as usize == centers.len(),
                 "a set of {} primitives for {} centres",
                 set.primitives(),
                 centers.len()
             );
-            let middle = faces.corners(face as u32).iter().sum::<DVec3>().normalize();
             for id in set.iter() {
                 signatures[id as usize * words + face / 64] |= 1 << (face % 64);
                 let (sum, count) = &mut directions[id as usize];
-                *sum += middle;
+                *sum += place;
                 *count += 1;
             }
         }
@@ -442,6 +474,59 @@ mod tests {
             }).min().unwrap_or(0);
             let len = |ranges: &[Range<u32>]| ranges.iter().map(|r| r.end - r.start).sum::<u32>();
             prop_assert_eq!(len(&joined), len(&ranges) + least);
+        }
+    }
+
+    /// Of a street between two rows of houses, of which each cell sees what is not far along it,
+    /// patches are culled nearly as sharply as single primitives, with far fewer ranges.
+    #[test]
+    fn patches_of_a_street_are_culled_sharply() {
+        let place = |id: u32| {
+            let [along, side, height] = [id / 40, id % 2, id / 2 % 20];
+            DVec3::new(
+                along.into(),
+                height.into(),
+                if side == 0 { -9.0 } else { 9.0 },
+            )
+        };
+        // In no order, as models are.
+        let centers: Vec<DVec3> = (0..8000).map(|i| place(i * 4801 % 8000)).collect();
+        let far = DVec3::new(5e5, 0.0, 5e6);
+        let cells: Vec<DVec3> = (0..20).map(|i| DVec3::X * f64::from(i) * 10.0).collect();
+        let sees = |cell: &DVec3| {
+            let near = |id: &u32| (centers[*id as usize] - *cell).x.abs() < 30.0;
+            let ids: Vec<u32> = (0..8000).filter(near).collect();
+            Bitfield::from_ids(8000, &ids)
+        };
+        let sets: Vec<Bitfield> = cells.iter().map(sees).collect();
+        let exact = FaceRanges::from_sets(&sets);
+        let small: Vec<Vec3> = centers.iter().map(|c| c.as_vec3()).collect();
+        let moved: Vec<DVec3> = cells.iter().map(|cell| *cell + far).collect();
+        let patches = cell_patches(&small, &moved, &sets, 64);
+        let ranges = patches.ranges(&sets, 8);
+        let [exact_share, share] = [&exact, &ranges].map(|lists| culled_share(lists, 8000));
+        assert!(share > exact_share - 0.05, "{share} of {exact_share}");
+        assert!(5 * ranges.bytes() < exact.bytes());
+    }
+
+    /// A model of one triangle is a patch, or nothing to draw; so is one of none.
+    #[test]
+    fn the_smallest_models_have_patches() {
+        let faces = Triangulation::new(&even_directions(6), DVec3::ZERO).unwrap();
+        for primitives in [0, 1] {
+            let centers = vec![Vec3::ZERO; primitives as usize];
+            for seen in 0..=primitives {
+                let ids: Vec<u32> = (0..seen).collect();
+                let sets = vec![Bitfield::from_ids(primitives, &ids); 6];
+                let sets = face_sets(&faces, &sets, Samples::Six);
+                let patches = patches(&centers, &faces, &sets, 64);
+                assert_eq!(
+                    (patches.order.len(), patches.count()),
+                    (centers.len(), primitives)
+                );
+                let ranges = patches.ranges(&sets, 1);
+                assert!((0..ranges.faces()).all(|face| ranges.primitives_of(face) == seen));
+            }
         }
     }
 

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 /// Directions closer than this many radians are one: their projections would be little but
 /// rounding.
-const CLOSEST: f64 = 1e-6;
+pub(crate) const CLOSEST: f64 = 1e-6;
 
 /// The faces between viewpoints on the sphere around a model: the convex hull of their directions.
 ///
@@ -61,7 +61,8 @@ pub enum TriangulationError {
         /// Where the centre is, in metres.
         center: DVec3,
     },
-    /// Two viewpoints in the same direction: what they see is for the caller to unite.
+    /// Two viewpoints in the same direction, which [`merge_directions`](crate::merge_directions)
+    /// makes one.
     #[error("viewpoints {first} and {second} lie in the same direction from the centre")]
     SameDirection {
         /// Index of the first.
@@ -214,7 +215,7 @@ impl Triangulation {
 }
 
 /// Of length 1, or nothing for what is zero or not finite.
-fn direction(offset: DVec3) -> Option<DVec3> {
+pub(crate) fn direction(offset: DVec3) -> Option<DVec3> {
     let longest = offset.abs().max_element();
     // Twice, as the squares of the largest and smallest numbers overflow and vanish.
     (longest > 0.0 && longest.is_finite() && offset.is_finite())

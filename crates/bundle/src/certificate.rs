@@ -97,6 +97,10 @@ pub struct WorstFigures {
     /// Pixels in the midst of colours that the original does not show anywhere near, as a share of
     /// those inside of what both cover, in all views together.
     pub stray_colours: f64,
+    /// Pixels that show a primitive which is not drawn, in the view where they are most; absent where
+    /// nothing is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missed_pixels: Option<u64>,
     /// The mean FLIP error of the view where it is greatest, from 0 to 1; null where FLIP was not
     /// computed.
     pub flip: Option<f64>,

@@ -2,9 +2,10 @@
 
 use crate::ManifestError;
 use crate::certificate::{CERTIFICATE_FILE, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate};
+use crate::faces::FACES_FILE;
 use crate::manifest::{
-    Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest, SceneSource,
-    Technique, VERSION,
+    BitfieldsBody, Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest,
+    Samples, SceneSource, Technique, VERSION,
 };
 use crate::view_space::ViewSpace;
 use farfield_views::{Pose, ViewCell};
@@ -18,7 +19,10 @@ const MAX_SIDE: u32 = 1 << 16;
 /// Pixels along each side of a picture; its depths and colours must fit into memory.
 const MAX_RESOLUTION: u32 = 1 << 14;
 
-type Checked = Result<(), ManifestError>;
+/// Pixels of a bake beside one of the promised camera, along each side.
+const MAX_FINER: f64 = 64.0;
+
+pub(crate) type Checked = Result<(), ManifestError>;
 
 impl Manifest {
     /// Checks that format and version are this crate's, numbers are finite and in range, view
@@ -41,6 +45,19 @@ impl Manifest {
                     format!("is {enlarged}, not from 1 to 2")
                 })?;
             }
+            Technique::Bitfields {
+                patch_triangles,
+                finer,
+                ..
+            } => {
+                require(patch_triangles > 0, "technique.patch_triangles", || {
+                    "is 0".into()
+                })?;
+                let is_in_range = (1.0..=MAX_FINER).contains(&finer);
+                require(is_in_range, "technique.finer", || {
+                    format!("is {finer}, not from 1 to {MAX_FINER}")
+                })?;
+            }
         }
         let options = &self.options;
         check_camera(options.resolution, options.fov_degrees, "options.")?;
@@ -56,9 +73,48 @@ impl Manifest {
         ] {
             not_negative(figure.unwrap_or(0.0), format_args!("promise.{name}"))?;
         }
+        self.check_missed()?;
         self.check_impostors()?;
         self.check_totals()?;
         self.check_files()
+    }
+
+    /// Checks what is promised of missed pixels, and that a shell is around ID-bitfields.
+    fn check_missed(&self) -> Checked {
+        let promise = &self.promise;
+        if let Some(share) = promise.missed_share {
+            require(share > 0.0 && share <= 1.0, "promise.missed_share", || {
+                format!("is {share}, not above 0 and at most 1")
+            })?;
+        }
+        let is_bitfields = matches!(self.technique, Technique::Bitfields { .. });
+        let is_shell = matches!(self.options.view_space, ViewSpace::Shell { .. });
+        require(
+            is_bitfields == is_shell,
+            "options.view_space",
+            || match is_shell {
+                true => "is a shell, which is for bitfields only".into(),
+                false => "is no shell, which bitfields are seen from".into(),
+            },
+        )?;
+        match self.technique {
+            Technique::Bitfields { samples, .. } => {
+                require(
+                    promise.missed_pixels.is_some(),
+                    "promise.missed_pixels",
+                    || "is missing".into(),
+                )?;
+                let misses_some =
+                    promise.missed_pixels != Some(0) && promise.missed_share.is_none();
+                let is_adaptive = samples == Samples::Adaptive;
+                require(
+                    !(is_adaptive && misses_some),
+                    "promise.missed_pixels",
+                    || "is not 0, which adaptive samples keep to unless a share is told".into(),
+                )
+            }
+            Technique::Layered { .. } | Technique::Tdm { .. } => Ok(()),
+        }
     }
 
     fn check_impostors(&self) -> Checked {
@@ -86,6 +142,7 @@ impl Manifest {
                 (&self.technique, &impostor.body),
                 (Technique::Layered { .. }, Body::Layered(_))
                     | (Technique::Tdm { .. }, Body::Tdm(_))
+                    | (Technique::Bitfields { .. }, Body::Bitfields(_))
             );
             require(is_of_technique, format_args!("{place}.body"), || {
                 format!("is not of the technique {}", self.technique.name())
@@ -93,12 +150,15 @@ impl Manifest {
             check_impostor(impostor, &place)?;
         }
         require(has_sides || self.impostors.len() <= 1, "impostors", || {
-            "are several, but views are from before only".into()
-        })
+            "are several, but views are of one only".into()
+        })?;
+        let is_missing =
+            matches!(self.technique, Technique::Bitfields { .. }) && self.impostors.is_empty();
+        require(!is_missing, "impostors", || "are none".into())
     }
 
     fn check_totals(&self) -> Checked {
-        let layered = || self.impostors.iter().map(|i| i.body.layers());
+        let layered = || self.impostors.iter().filter_map(|i| i.body.layers());
         let total = &self.statistics;
         for (name, stated, sum) in [
             (
@@ -154,8 +214,14 @@ impl Manifest {
             "files",
             || "are not ordered by path".into(),
         )?;
-        let has_gltf = self.files.iter().any(|file| file.path == GLTF_FILE);
-        require(has_gltf, "files", || format!("lack {GLTF_FILE}"))
+        let mut needed = vec![GLTF_FILE];
+        if matches!(self.technique, Technique::Bitfields { .. }) {
+            needed.push(FACES_FILE);
+        }
+        needed.into_iter().try_for_each(|name| {
+            let is_there = self.files.iter().any(|file| file.path == name);
+            require(is_there, "files", || format!("lack {name}"))
+        })
     }
 }
 
@@ -225,7 +291,12 @@ impl Certificate {
     }
 }
 
-fn check_header(format: &str, version: u32, our_format: &str, our_version: u32) -> Checked {
+pub(crate) fn check_header(
+    format: &str,
+    version: u32,
+    our_format: &str,
+    our_version: u32,
+) -> Checked {
     require(format == our_format, "format", || {
         format!("is {format:?}, expected {our_format:?}")
     })?;
@@ -268,7 +339,7 @@ fn check_view_space(space: &ViewSpace, place: &str) -> Checked {
                 "are none".into()
             })
         }
-        ViewSpace::Around { center, near, far } => {
+        ViewSpace::Around { center, near, far } | ViewSpace::Shell { center, near, far } => {
             require(center.is_finite(), format_args!("{place}.center"), || {
                 format!("is {center}")
             })?;
@@ -340,7 +411,27 @@ fn check_impostor(impostor: &Impostor, place: &str) -> Checked {
     match &impostor.body {
         Body::Layered(body) => check_layered(body, &format!("{place}.body")),
         Body::Tdm(body) => check_layered(&body.recorded, &format!("{place}.body.recorded")),
+        Body::Bitfields(body) => check_bitfields(body, &format!("{place}.body")),
     }
+}
+
+/// What the lists come to is compared with the lists where these are read.
+fn check_bitfields(body: &BitfieldsBody, place: &str) -> Checked {
+    require(
+        (1..u64::from(u32::MAX)).contains(&body.triangles),
+        format_args!("{place}.triangles"),
+        || format!("is {}, not from 1 to 2^32 - 2", body.triangles),
+    )?;
+    require(
+        body.always_drawn <= body.triangles,
+        format_args!("{place}.always_drawn"),
+        || format!("is more than the {} triangles", body.triangles),
+    )?;
+    require(
+        (0.0..=1.0).contains(&body.culled),
+        format_args!("{place}.culled"),
+        || format!("is {}, not from 0 to 1", body.culled),
+    )
 }
 
 fn check_layered(body: &LayeredBody, place: &str) -> Checked {
@@ -453,7 +544,7 @@ fn not_empty(text: &str, place: impl Display) -> Checked {
     require(!text.is_empty(), place, || "is empty".into())
 }
 
-fn finite(v: DVec3, place: impl Display) -> Checked {
+pub(crate) fn finite(v: DVec3, place: impl Display) -> Checked {
     require(v.is_finite(), place, || format!("is not finite: {v}"))
 }
 
@@ -463,7 +554,11 @@ fn not_negative(x: f64, place: impl Display) -> Checked {
     })
 }
 
-fn require(holds: bool, place: impl Display, problem: impl FnOnce() -> String) -> Checked {
+pub(crate) fn require(
+    holds: bool,
+    place: impl Display,
+    problem: impl FnOnce() -> String,
+) -> Checked {
     match holds {
         true => Ok(()),
         false => Err(ManifestError {
@@ -476,7 +571,9 @@ fn require(holds: bool, place: impl Display, problem: impl FnOnce() -> String) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::{certificates, manifests, sample, sample_certificate};
+    use crate::generate::{
+        certificates, manifests, sample, sample_certificate, sample_of_bitfields,
+    };
     use crate::{Channels, Foliage};
     use proptest::prelude::*;
 
@@ -484,6 +581,7 @@ mod tests {
         match &mut manifest.impostors[impostor].body {
             Body::Layered(layers) => layers,
             Body::Tdm(body) => &mut body.recorded,
+            Body::Bitfields(_) => panic!("there are no layers"),
         }
     }
 
@@ -508,6 +606,76 @@ mod tests {
     #[test]
     fn a_sound_manifest_passes() {
         assert_eq!(sample().check(), Ok(()));
+    }
+
+    /// Of bitfields too.
+    #[test]
+    fn every_damage_to_bitfields_is_found() {
+        type Damage = fn(&mut Manifest);
+        fn body(manifest: &mut Manifest) -> &mut BitfieldsBody {
+            match &mut manifest.impostors[0].body {
+                Body::Bitfields(body) => body,
+                Body::Layered(_) | Body::Tdm(_) => panic!("it is the sample of bitfields"),
+            }
+        }
+        fn technique(samples: Samples, patch_triangles: u32, finer: f64) -> Technique {
+            Technique::Bitfields {
+                samples,
+                held_back: 1,
+                patch_triangles,
+                finer,
+            }
+        }
+        let damages: [(&str, Damage); 15] = [
+            ("technique.patch_triangles", |m| {
+                m.technique = technique(Samples::Even, 0, 1.0);
+            }),
+            ("technique.finer", |m| {
+                m.technique = technique(Samples::Even, 64, f64::NAN);
+            }),
+            ("impostors[0].body", |m| {
+                m.technique = tdm(1.5);
+                m.options.view_space = sample().options.view_space;
+                m.impostors[0].side = Some(crate::Side::Top);
+            }),
+            ("options.view_space", |m| {
+                m.options.view_space = sample().options.view_space;
+            }),
+            ("options.view_space", |m| m.technique = tdm(1.5)),
+            ("options.view_space.near", |m| {
+                m.options.view_space = ViewSpace::Shell {
+                    center: DVec3::ZERO,
+                    near: 0.0,
+                    far: 1.0,
+                };
+            }),
+            ("promise.missed_pixels", |m| m.promise.missed_pixels = None),
+            ("promise.missed_pixels", |m| {
+                m.promise.missed_pixels = Some(1);
+            }),
+            ("promise.missed_share", |m| {
+                m.promise.missed_share = Some(0.0);
+            }),
+            ("impostors", |m| m.impostors.clear()),
+            ("impostors[0].body.triangles", |m| body(m).triangles = 0),
+            ("impostors[0].body.triangles", |m| {
+                body(m).triangles = 1 << 32;
+            }),
+            ("impostors[0].body.always_drawn", |m| {
+                body(m).always_drawn = 21;
+            }),
+            ("impostors[0].body.culled", |m| body(m).culled = 1.5),
+            ("files", |m| {
+                m.files.remove(0);
+            }),
+        ];
+        assert_eq!(sample_of_bitfields().check(), Ok(()));
+        for (i, (place, damage)) in damages.into_iter().enumerate() {
+            let mut manifest = sample_of_bitfields();
+            damage(&mut manifest);
+            let found = manifest.check().map_err(|e| e.place);
+            assert_eq!(found, Err(place.to_owned()), "damage {i}");
+        }
     }
 
     /// Whatever is damaged, the check names the place.

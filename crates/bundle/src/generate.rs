@@ -3,9 +3,10 @@
 use crate::certificate::{
     Beyond, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate, ProvedBound, WorstFigures,
 };
+use crate::faces::FACES_FILE;
 use crate::manifest::{
-    Body, Channels, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody, Manifest,
-    Options, Promise, SceneSource, Statistics, TdmBody, Technique, VERSION,
+    BitfieldsBody, Body, Channels, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody,
+    Manifest, Options, Promise, Samples, SceneSource, Statistics, TdmBody, Technique, VERSION,
 };
 use crate::{Cost, FileRecord, GLTF_FILE, NewFile, Side, ViewSpace, sha256_hex};
 use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
@@ -214,13 +215,111 @@ fn promises() -> impl Strategy<Value = Promise> {
                 surface_bias,
                 stray_colours,
                 notes,
+                ..Promise::default()
             }
         },
     )
 }
 
-/// Manifests that pass the check, as they are after writing a GLB file that is `x`.
+/// Manifests that pass the check.
 pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
+    let samples = prop_oneof![
+        Just(Samples::Adaptive),
+        Just(Samples::Even),
+        Just(Samples::Listed)
+    ];
+    let counts = (any::<[u32; 4]>(), 1..u64::from(u32::MAX), 0.0..=1.0f64);
+    let bitfields = prop::option::weighted(0.25, (samples, counts));
+    // Boxed: values of strategies lie on the stack.
+    (manifests_with_layers().boxed(), bitfields).prop_map(|(manifest, bitfields)| {
+        let Some((samples, ([held_back, viewpoints, faces, most], triangles, culled))) = bitfields
+        else {
+            return manifest;
+        };
+        with_bitfields(
+            manifest,
+            Technique::Bitfields {
+                samples,
+                held_back,
+                patch_triangles: most.max(1),
+                finer: 1.0 + culled,
+            },
+            BitfieldsBody {
+                triangles,
+                always_drawn: triangles / 3,
+                viewpoints,
+                faces,
+                ranges: u64::from(most) * 2,
+                most_ranges: most,
+                culled,
+            },
+        )
+    })
+}
+
+/// A manifest made into one of bitfields.
+fn with_bitfields(mut manifest: Manifest, technique: Technique, body: BitfieldsBody) -> Manifest {
+    let is_adaptive = matches!(
+        technique,
+        Technique::Bitfields {
+            samples: Samples::Adaptive,
+            ..
+        }
+    );
+    manifest.promise.missed_pixels = Some(u64::from(body.faces) * u64::from(!is_adaptive));
+    manifest.promise.missed_share = (!is_adaptive).then_some(1.0 - body.culled / 2.0);
+    manifest.technique = technique;
+    manifest.options.view_space = ViewSpace::Shell {
+        center: DVec3::new(body.culled, -0.0, 5e-324),
+        near: 1.0 + body.culled,
+        far: 2.0,
+    };
+    manifest.impostors = vec![Impostor {
+        name: "all".into(),
+        side: None,
+        represented: [DVec3::NEG_ONE, DVec3::ONE],
+        body: Body::Bitfields(body),
+    }];
+    manifest.statistics = Statistics {
+        before: manifest.statistics.before,
+        after: manifest.statistics.after,
+        ..Statistics::default()
+    };
+    manifest.files.insert(
+        0,
+        FileRecord {
+            path: FACES_FILE.into(),
+            bytes: 1,
+            sha256: sha256_hex(b"x"),
+        },
+    );
+    manifest
+}
+
+/// A manifest of bitfields to be damaged.
+pub(crate) fn sample_of_bitfields() -> Manifest {
+    with_bitfields(
+        sample(),
+        Technique::Bitfields {
+            samples: Samples::Adaptive,
+            held_back: 1000,
+            patch_triangles: 64,
+            finer: 1.5,
+        },
+        BitfieldsBody {
+            triangles: 20,
+            always_drawn: 0,
+            viewpoints: 6,
+            faces: 8,
+            ranges: 16,
+            most_ranges: 2,
+            culled: 0.5,
+        },
+    )
+}
+
+/// Manifests of layers that pass the check, as they are after writing a GLB file that is `x`.
+pub(crate) fn manifests_with_layers() -> impl Strategy<Value = Manifest> {
     let foliage = prop_oneof![Just(Foliage::Any), Just(Foliage::Centre)];
     let channels = prop_oneof![
         Just(Channels::Lit),
@@ -241,7 +340,7 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
             impostors.iter_mut().for_each(|one| one.side = None);
         }
         let (scene, promise, before, after, warnings) = rest;
-        let bodies = || impostors.iter().map(|one| one.body.layers());
+        let bodies = || impostors.iter().filter_map(|one| one.body.layers());
         let is_mesh = |one: &Impostor| matches!(one.body, Body::Tdm(_));
         let layers = || bodies().flat_map(|b| &b.layers);
         Manifest {
@@ -314,6 +413,7 @@ pub(crate) fn certificates(manifest: &Manifest) -> impl Strategy<Value = Certifi
                 coverage_error,
                 colour_bias,
                 stray_colours,
+                missed_pixels: (gap_pixels % 2 == 0).then_some(phantom_pixels),
                 flip,
                 worst_view: 0,
             }

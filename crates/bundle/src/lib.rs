@@ -7,6 +7,7 @@ mod certificate;
 mod check;
 mod checksum;
 mod error;
+mod faces;
 mod read;
 mod write;
 
@@ -25,11 +26,14 @@ pub use certificate::{
 };
 pub use checksum::sha256_hex;
 pub use error::{BundleError, ManifestError};
+pub use faces::{
+    FACES_FILE, FACES_FORMAT, FACES_SCHEMA, FACES_VERSION, FaceLists, FaceRecord, read_faces,
+};
 pub use glb::{GlbTooLarge, cost, glb_from_scene};
 pub use manifest::{
-    Body, Channels, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator, Impostor, LayerRecord,
-    LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SCHEMA, SceneSource, Statistics,
-    TdmBody, Technique, VERSION,
+    BitfieldsBody, Body, Channels, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator,
+    Impostor, LayerRecord, LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SCHEMA, Samples,
+    SceneSource, Statistics, TdmBody, Technique, VERSION,
 };
 pub use page::encode_png;
 pub use read::read;

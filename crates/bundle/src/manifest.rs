@@ -96,6 +96,19 @@ pub enum Technique {
         /// What the pages hold.
         channels: Channels,
     },
+    /// ID-bitfields: the original geometry, and for each direction what of it can be seen.
+    Bitfields {
+        /// From where the bake looked.
+        samples: Samples,
+        /// Views held back from the samples that the bake judged them by: with adaptive samples one
+        /// after another that missed nothing.
+        held_back: u32,
+        /// Triangles of a patch at most, at least 1. Patches are drawn whole.
+        #[schemars(range(min = 1))]
+        patch_triangles: u32,
+        /// How many times finer than the pixels of the promised camera those of the bake are.
+        finer: f64,
+    },
 }
 
 impl Technique {
@@ -104,22 +117,37 @@ impl Technique {
         match self {
             Self::Layered { .. } => "layered",
             Self::Tdm { .. } => "tdm",
+            Self::Bitfields { .. } => "bitfields",
         }
     }
 
-    /// How masked materials are recorded.
-    pub fn foliage(&self) -> Foliage {
+    /// How masked materials are recorded; `None` where none are.
+    pub fn foliage(&self) -> Option<Foliage> {
         match *self {
-            Self::Layered { foliage, .. } | Self::Tdm { foliage, .. } => foliage,
+            Self::Layered { foliage, .. } | Self::Tdm { foliage, .. } => Some(foliage),
+            Self::Bitfields { .. } => None,
         }
     }
 
-    /// What the pages hold.
-    pub fn channels(&self) -> Channels {
+    /// What the pages hold; `None` where there are none.
+    pub fn channels(&self) -> Option<Channels> {
         match *self {
-            Self::Layered { channels, .. } | Self::Tdm { channels, .. } => channels,
+            Self::Layered { channels, .. } | Self::Tdm { channels, .. } => Some(channels),
+            Self::Bitfields { .. } => None,
         }
     }
+}
+
+/// How the viewpoints of ID-bitfields were found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Samples {
+    /// Added where views missed something, until none did.
+    Adaptive,
+    /// Spread evenly.
+    Even,
+    /// Listed by the user.
+    Listed,
 }
 
 /// How masked materials are recorded.
@@ -222,6 +250,13 @@ pub struct Promise {
     /// those inside of what both cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stray_colours: Option<f64>,
+    /// Pixels of a picture that show a primitive which is not drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missed_pixels: Option<u64>,
+    /// The share of pictures that miss no more than `missed_pixels`, above 0; where there is none, all
+    /// of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub missed_share: Option<f64>,
     /// The limits of the promise, a sentence each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
@@ -233,7 +268,7 @@ pub struct Promise {
 pub struct Statistics {
     /// The original.
     pub before: Cost,
-    /// The impostors.
+    /// The impostors; of ID-bitfields triangles and draw calls are the mean over all faces.
     pub after: Cost,
     /// Layers of all impostors; 0 where they have none.
     pub layers: u64,
@@ -284,16 +319,39 @@ pub enum Body {
     Layered(LayeredBody),
     /// A textured mesh over the texels of layers.
     Tdm(TdmBody),
+    /// Lists of what to draw for a direction.
+    Bitfields(BitfieldsBody),
 }
 
 impl Body {
-    /// The layers that it was recorded in.
-    pub fn layers(&self) -> &LayeredBody {
+    /// The layers that it was recorded in; `None` where there are none.
+    pub fn layers(&self) -> Option<&LayeredBody> {
         match self {
-            Self::Layered(layers) => layers,
-            Self::Tdm(body) => &body.recorded,
+            Self::Layered(layers) => Some(layers),
+            Self::Tdm(body) => Some(&body.recorded),
+            Self::Bitfields(_) => None,
         }
     }
+}
+
+/// What the lists in `faces.json` come to; see [`FaceLists`](crate::FaceLists).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BitfieldsBody {
+    /// Triangles of `impostors.glb`: all that the scene draws.
+    pub triangles: u64,
+    /// Those of them that have blended materials, which are drawn for every direction.
+    pub always_drawn: u64,
+    /// Directions that samples were taken from.
+    pub viewpoints: u32,
+    /// Faces between them.
+    pub faces: u32,
+    /// Ranges of all faces together.
+    pub ranges: u64,
+    /// Ranges of the face that has most.
+    pub most_ranges: u32,
+    /// Mean share of the triangles that a face does not draw, over all faces.
+    pub culled: f64,
 }
 
 /// A mesh, and the layers whose texels it connects.

@@ -49,6 +49,17 @@ pub enum ViewSpace {
         /// metres.
         far: f64,
     },
+    /// Around the scene, between two distances from its centre, in any direction. The camera looks at
+    /// the centre.
+    Shell {
+        /// Of what is represented, in metres.
+        #[schemars(with = "[f64; 3]")]
+        center: DVec3,
+        /// The least distance, in metres.
+        near: f64,
+        /// The greatest distance, in metres.
+        far: f64,
+    },
 }
 
 impl ViewSpace {
@@ -57,7 +68,8 @@ impl ViewSpace {
     ///
     /// # Panics
     ///
-    /// When an impostor of views from all around has no side; [`Manifest::check`] tells.
+    /// When an impostor of views from all around has no side; [`Manifest::check`] tells. When the
+    /// space is a shell, which is no cell.
     ///
     /// [`Manifest::check`]: crate::Manifest::check
     pub fn cell(&self, side: Option<Side>) -> ViewCell {
@@ -70,12 +82,13 @@ impl ViewSpace {
                 near,
                 far,
             },
+            Self::Shell { .. } => panic!("a shell is no view cell"),
         }
     }
 
     /// Whether its impostors are for one side each.
     pub fn has_sides(&self) -> bool {
-        !matches!(self, Self::Before { .. })
+        matches!(self, Self::Amid { .. } | Self::Around { .. })
     }
 }
 

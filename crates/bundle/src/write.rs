@@ -458,7 +458,7 @@ pub(crate) fn failed(doing: &'static str, path: &Path) -> impl FnOnce(io::Error)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generate::{files, manifests, sample, sample_files};
+    use crate::generate::{files, manifests_with_layers, sample, sample_files};
     use crate::read;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
@@ -482,7 +482,7 @@ mod tests {
         /// A bundle is read as it was written, and holds just its files. The order in which they
         /// are given does not matter.
         #[test]
-        fn what_is_written_is_read(manifest in manifests(), files in files()) {
+        fn what_is_written_is_read(manifest in manifests_with_layers(), files in files()) {
             let parent = tempfile::tempdir().unwrap();
             let dir = parent.path().join("bundle");
             let written = write(&dir, &manifest, &files).unwrap();

@@ -2,6 +2,7 @@
 
 mod check;
 mod clip;
+mod flatten;
 mod join;
 mod material;
 mod scene;

@@ -49,7 +49,7 @@ mod tests {
         #[test]
         fn what_is_touched_is_found(blob in blobs(), enlarged in 1.0..2.0f32) {
             let voxels = blob.layers();
-            let mesh = initial_mesh(&voxels, &blob.points(), &Fixed::default(), enlarged);
+            let mesh = initial_mesh(&voxels, &blob.points(), enlarged);
             let simple = simplify(&mesh, &voxels, enlarged).mesh;
             let found = touched(&simple.positions, &simple.triangles, &voxels, enlarged);
             for (place, found) in voxels.boxes(enlarged).iter().zip(&found) {

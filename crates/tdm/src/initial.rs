@@ -6,9 +6,8 @@ use crate::joints::Joints;
 use crate::mesh::{join, root};
 use crate::reach::{Gap, Light};
 use crate::touch::Target;
-use crate::{Cuboid, Fixed, Hold, Mesh, VoxelLayers};
+use crate::{Cuboid, Mesh, VoxelLayers};
 use glam::Vec3;
-use std::collections::BTreeSet;
 
 /// No vertex.
 const NONE: u32 = u32::MAX;
@@ -42,7 +41,6 @@ const NONE: u32 = u32::MAX;
 ///
 /// * `points` - a point of the surface in each voxel; voxels' centres will do, but the mesh then has
 ///   steps half a voxel high
-/// * `fixed` - where faces stay where voxels meet, here and when the mesh is simplified
 /// * `enlarged` - side of a voxel, in voxels, when it is asked whether a triangle touches it; at least 1
 ///
 /// Takes time and memory in proportion to voxels, but for looking them up, where it takes memory for
@@ -51,12 +49,7 @@ const NONE: u32 = u32::MAX;
 /// # Panics
 ///
 /// When a voxel lies outside of its layer, or there are not as many points as voxels.
-pub fn initial_mesh(
-    voxels: &VoxelLayers<'_>,
-    points: &[Vec3],
-    fixed: &Fixed,
-    enlarged: f32,
-) -> Mesh {
+pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) -> Mesh {
     let light = Light::new(voxels);
     let (faces, flaps) = without_flaps(faces(voxels, &light));
     let corners = corners(&faces);
@@ -66,14 +59,7 @@ pub fn initial_mesh(
     let shown = shown(&faces, &flaps, &light.reaches(voxels));
     let borders = borders(&faces, &corners, count, voxels, &light);
     let mut positions = midst(&faces, &flaps, &corners, &steps, points, &borders);
-    let mut holds: Vec<Hold> = borders.iter().map(|border| border.hold()).collect();
-    let mut stay = of_voxels(&fixed.borders, &faces, &corners);
-    stay.retain(|vertex| holds[*vertex as usize] != Hold::Free);
-    stay.extend(of_voxels(&fixed.wholly, &faces, &corners));
-    for vertex in stay {
-        positions[vertex as usize] = steps[vertex as usize];
-        holds[vertex as usize] = Hold::Exactly;
-    }
+    let held = borders.iter().map(|border| border.is_seen()).collect();
     for vertex in vanished(&faces, &corners, &positions) {
         let place = steps[vertex as usize];
         positions[vertex as usize] = place.with_z(positions[vertex as usize].z);
@@ -86,7 +72,7 @@ pub fn initial_mesh(
                 positions,
                 triangles,
                 voxels: standing,
-                holds,
+                held,
             };
         }
         for vertex in missed.iter().flat_map(|face| corners[*face as usize]) {
@@ -184,13 +170,6 @@ fn midst(
     around.chunk_by(|a, b| a[0] == b[0]).map(place).collect()
 }
 
-/// The vertices of the faces of some voxels.
-fn of_voxels(chosen: &BTreeSet<u32>, faces: &[Face], corners: &[[u32; 4]]) -> Vec<u32> {
-    let shows = |(face, _): &(&Face, &[u32; 4])| face.voxels.iter().any(|v| chosen.contains(v));
-    let of_chosen = faces.iter().zip(corners).filter(shows);
-    of_chosen.flat_map(|(_, vertices)| *vertices).collect()
-}
-
 /// The vertices of fronts and backs that have drawn together: points around them were the same.
 fn vanished(faces: &[Face], corners: &[[u32; 4]], positions: &[Vec3]) -> Vec<u32> {
     let is_small = |(face, vertices): &(&Face, &[u32; 4])| {
@@ -229,10 +208,11 @@ enum Border {
 }
 
 impl Border {
-    fn hold(self) -> Hold {
+    /// Whether it can be seen that the mesh shrinks from it.
+    fn is_seen(self) -> bool {
         match self {
-            Self::InShadow => Hold::Free,
-            Self::No | Self::Fold | Self::Beside | Self::InDepth(_) => Hold::Near,
+            Self::InShadow => false,
+            Self::No | Self::Fold | Self::Beside | Self::InDepth(_) => true,
         }
     }
 }
@@ -458,7 +438,7 @@ mod tests {
                 true => blob.points(),
                 false => blob.centers(),
             };
-            let mesh = initial_mesh(&layers, &points, &Fixed::default(), enlarged);
+            let mesh = initial_mesh(&layers, &points, enlarged);
             let boxes = layers.boxes(enlarged);
             let mut stood_for = vec![false; boxes.len()];
             for (triangle, voxels) in mesh.triangles.iter().zip(&mesh.voxels) {
@@ -508,7 +488,7 @@ mod tests {
                     prop_assert!(is_apart || in_mesh == *other);
                 }
             }
-            let mesh = initial_mesh(&blob.layers(), &blob.centers(), &Fixed::default(), 1.5);
+            let mesh = initial_mesh(&blob.layers(), &blob.centers(), 1.5);
             let mut around = vec![Vec::new(); mesh.positions.len()];
             for t in &mesh.triangles {
                 for i in 0..3 {
@@ -536,7 +516,7 @@ mod tests {
         let blob = blob.reached_where(|x, _, l| usize::from(x) >= l);
         let on_slope = |center: &Vec3| center.with_z(center.x);
         let points: Vec<Vec3> = blob.centers().iter().map(on_slope).collect();
-        let mesh = initial_mesh(&blob.layers(), &points, &Fixed::default(), 1.5);
+        let mesh = initial_mesh(&blob.layers(), &points, 1.5);
         let edges = edges(&mesh);
         assert!(edges.values().all(|count| *count <= 2));
         // Vertices less edges plus faces: a disk.

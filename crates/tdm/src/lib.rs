@@ -17,6 +17,6 @@ mod touch;
 pub use charts::{Chart, ChartTexel, charts};
 pub use coverage::touched;
 pub use initial::initial_mesh;
-pub use mesh::{Cuboid, Fixed, Hold, Mesh, VoxelLayers, pieces};
+pub use mesh::{Cuboid, Mesh, VoxelLayers, pieces, squares};
 pub use near::VoxelIndex;
 pub use simplify::{Simplified, simplify};

@@ -3,7 +3,7 @@
 use crate::mesh::{join, root};
 use crate::near::VoxelIndex;
 use crate::touch::{Target, interval_in_box};
-use crate::{Cuboid, Hold, Mesh, VoxelLayers};
+use crate::{Cuboid, Mesh, VoxelLayers};
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -29,9 +29,9 @@ pub struct Simplified {
 ///
 /// A vertex on a border, or on a seam where three surfaces or more meet, moves only along it, and the
 /// border that it leaves behind must lie in enlarged voxels as a whole, so that it never reaches across
-/// what is empty. Nor does the mesh shrink: it goes on to pass every vertex of `mesh` within a third of an
-/// enlarged voxel along each axis, or exactly, as `mesh.holds` has it. (The paper has the first rule
-/// only. Voxels that are touched still allow notches two voxels wide.)
+/// what is empty. Nor does the mesh shrink: it goes on to pass every vertex that is held
+/// (`mesh.held`) within a third of an enlarged voxel along each axis. (The paper has the first rule only.
+/// Voxels that are touched still allow notches two voxels wide.)
 ///
 /// Every voxel that a triangle of `mesh` stands for is touched, enlarged, by a triangle that stands
 /// for it in the result.
@@ -76,12 +76,12 @@ struct Work {
     /// How far from its centre the thickest of them reaches.
     reach: Vec3,
     /// Where vertices were at first from which the mesh must not shrink.
-    places: Vec<(Vec3, Hold)>,
+    places: Vec<Vec3>,
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
     voxels: Vec<Vec<u32>>,
-    holds: Vec<Hold>,
+    held: Vec<bool>,
     /// Of each vertex its triangles; none where it is gone.
     around: Vec<Vec<u32>>,
     /// How often the triangles around each vertex have changed.
@@ -111,20 +111,17 @@ impl Work {
         }
         let count: usize = voxels.layers.iter().map(Vec::len).sum();
         let (mut places, mut standing) = (Vec::new(), mesh.voxels.clone());
-        for (vertex, hold) in (0..)
-            .zip(&mesh.holds)
-            .filter(|(_, hold)| **hold != Hold::Free)
-        {
+        for (vertex, _) in (0..).zip(&mesh.held).filter(|(_, held)| **held) {
             let triangle: u32 = around[vertex as usize][0];
             standing[triangle as usize].push((count + places.len()) as u32);
-            places.push((mesh.positions[vertex as usize], *hold));
+            places.push(mesh.positions[vertex as usize]);
         }
         Self {
             index: VoxelIndex::new(voxels),
             boxes: Vec::new(),
             reach: Vec3::ZERO,
             places,
-            holds: mesh.holds.clone(),
+            held: mesh.held.clone(),
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
             voxels: standing,
@@ -139,13 +136,9 @@ impl Work {
         self.boxes = voxels.boxes(enlarged);
         let halves = self.boxes.iter().map(|place| place.half);
         self.reach = halves.fold(Vec3::ZERO, Vec3::max);
-        let places = self.places.iter().map(|(center, hold)| Cuboid {
+        let places = self.places.iter().map(|center| Cuboid {
             center: *center,
-            half: Vec3::splat(if *hold == Hold::Exactly {
-                ROUNDING
-            } else {
-                shrunk
-            }),
+            half: Vec3::splat(shrunk),
         });
         self.boxes.extend(places);
     }
@@ -435,7 +428,7 @@ impl Work {
             result.triangles.push(triangle.map(|vertex| {
                 *moved[vertex as usize].get_or_insert_with(|| {
                     result.positions.push(self.positions[vertex as usize]);
-                    result.holds.push(self.holds[vertex as usize]);
+                    result.held.push(self.held[vertex as usize]);
                     result.positions.len() as u32 - 1
                 })
             }));
@@ -461,8 +454,8 @@ const ROUNDING: f32 = 1e-5;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::initial_mesh;
     use crate::testing::blobs;
-    use crate::{Fixed, initial_mesh};
     use farfield_grid::BitMask;
     use proptest::prelude::*;
     use std::collections::BTreeMap;
@@ -488,12 +481,9 @@ mod tests {
         #[test]
         fn no_voxel_is_lost(
             blob in blobs(), enlarged in 1.0..2.0f32,
-            borders in prop::collection::btree_set(0..40u32, 0..4),
-            wholly in prop::collection::btree_set(0..40u32, 0..4),
         ) {
             let (layers, points) = (blob.layers(), blob.points());
-            let fixed = Fixed { borders, wholly };
-            let mesh = initial_mesh(&layers, &points, &fixed, enlarged);
+            let mesh = initial_mesh(&layers, &points, enlarged);
             let boxes = layers.boxes(enlarged);
             let found = simplify(&mesh, &layers, enlarged);
             let simple = &found.mesh;
@@ -508,12 +498,8 @@ mod tests {
                     .map(|(t, _)| t.map(|v| simple.positions[v as usize]));
                 prop_assert!(standing.any(|t| Target::new(t).touches(place)));
             }
-            for (center, hold) in mesh.positions.iter().zip(&mesh.holds) {
-                let half = match hold {
-                    Hold::Free => continue,
-                    Hold::Near => Vec3::splat(enlarged / 3.0),
-                    Hold::Exactly => Vec3::splat(ROUNDING),
-                };
+            for (center, _) in mesh.positions.iter().zip(&mesh.held).filter(|(_, held)| **held) {
+                let half = Vec3::splat(enlarged / 3.0);
                 let place = Cuboid { center: *center, half };
                 let mut all = simple.triangles.iter().map(|t| t.map(|v| simple.positions[v as usize]));
                 prop_assert!(all.any(|t| Target::new(t).touches(&place)), "shrunk from {center}");
@@ -529,7 +515,7 @@ mod tests {
         fn borders_stay_in_voxels(blob in blobs(), enlarged in 1.0..2.0f32) {
             let layers = blob.layers();
             let boxes = layers.boxes(enlarged);
-            let mesh = initial_mesh(&layers, &blob.points(), &Fixed::default(), enlarged);
+            let mesh = initial_mesh(&layers, &blob.points(), enlarged);
             let simple = simplify(&mesh, &layers, enlarged).mesh;
             let places = |mesh: &Mesh, ends: [u32; 2]| ends.map(|v| mesh.positions[v as usize]);
             let at_first: Vec<[Vec3; 2]> = edges(&mesh).keys().map(|ends| places(&mesh, *ends)).collect();
@@ -580,7 +566,7 @@ mod tests {
             borders: &borders,
         };
         let centers: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
-        let mesh = initial_mesh(&voxels, &centers, &Fixed::default(), 1.5);
+        let mesh = initial_mesh(&voxels, &centers, 1.5);
         let found = simplify(&mesh, &voxels, 1.5);
         (mesh.triangles.len(), found.mesh.triangles.len())
     }

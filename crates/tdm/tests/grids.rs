@@ -47,7 +47,7 @@ impl Open {
     fn meshes(&self) -> [Mesh; 2] {
         let voxels = self.voxels();
         let points: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
-        let mesh = initial_mesh(&voxels, &points, &Fixed::default(), ENLARGED);
+        let mesh = initial_mesh(&voxels, &points, ENLARGED);
         let simple = simplify(&mesh, &voxels, ENLARGED).mesh;
         let touched = touched(&simple.positions, &simple.triangles, &voxels, ENLARGED);
         let mut stood_for = mesh.voxels.iter().flatten();

@@ -1,11 +1,13 @@
 //! From a scene to a bundle.
 
 pub mod auto;
+pub(crate) mod bitfields;
 pub(crate) mod channels;
 mod layered;
 mod limits;
 mod painter;
 pub mod recording;
+mod samples;
 mod sights;
 mod tdm;
 pub mod voxelize;
@@ -18,6 +20,8 @@ use crate::source::{self, SceneChoice};
 use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow, bail};
+pub use bitfields::{BitfieldsOptions, HELD_BACK, bake_bitfields};
+pub(crate) use bitfields::{Sampler, cost_of_a_face, is_in, percentile};
 use farfield_bundle::{
     Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
@@ -29,6 +33,7 @@ pub(crate) use layered::shown_from;
 pub use limits::Limits;
 use rayon::prelude::*;
 use recording::Settings;
+pub use samples::SampleChoice;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -142,13 +147,13 @@ pub struct BakeReport {
     pub seconds: f64,
     /// Triangles of the original.
     pub triangles_in: u64,
-    /// Triangles of the impostors.
+    /// Triangles of the impostors; of ID-bitfields those drawn for a face, on average.
     pub triangles_out: u64,
     /// Layers of all impostors.
     pub layers: u64,
     /// Quads of all impostors.
     pub quads: u64,
-    /// Draw calls of the impostors.
+    /// Draw calls of the impostors; of ID-bitfields those of a face, on average.
     pub draw_calls: u64,
     /// Uncompressed RGBA pages.
     pub atlas_bytes: u64,
@@ -160,10 +165,35 @@ pub struct BakeReport {
     pub texels_recorded: u64,
     /// Opaque texels that the view cell can see.
     pub texels_kept: u64,
+    /// Of ID-bitfields; null where there are none.
+    pub bitfields: Option<BitfieldsReport>,
     /// The most memory needed at any time; 0 where the system does not tell.
     pub peak_rss_bytes: u64,
     /// One by one.
     pub impostors: Vec<ImpostorReport>,
+}
+
+/// What a bake made of ID-bitfields.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct BitfieldsReport {
+    /// Directions that samples were taken from.
+    pub viewpoints: u32,
+    /// Faces between them.
+    pub faces: u32,
+    /// Ranges of all faces together.
+    pub ranges: u64,
+    /// Ranges of the face that has most.
+    pub most_ranges: u32,
+    /// Mean share of the triangles that a face does not draw, over all faces.
+    pub culled: f64,
+    /// Triangles of blended materials, drawn for every direction.
+    pub always_drawn: u64,
+    /// The file of the lists.
+    pub list_bytes: u64,
+    /// Promised of a share of all pictures: that they miss no more pixels.
+    pub missed_pixels: u64,
+    /// That share.
+    pub missed_share: f64,
 }
 
 /// One impostor of a bake.
@@ -302,11 +332,11 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
 
     summarise(&statistics, &manifest.impostors, &dir, console);
     let impostors = manifest.impostors.iter().map(|one| {
-        let body = one.body.layers();
+        let layers = one.body.layers().map_or(&[][..], |body| &body.layers);
         ImpostorReport {
             name: one.name.clone(),
-            layers: body.layers.len() as u64,
-            quads: body.layers.iter().map(|layer| u64::from(layer.quads)).sum(),
+            layers: layers.len() as u64,
+            quads: layers.iter().map(|layer| u64::from(layer.quads)).sum(),
         }
     });
     Ok(BakeReport {
@@ -325,6 +355,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             .sum(),
         texels_recorded: statistics.texels_recorded,
         texels_kept: statistics.texels_kept,
+        bitfields: None,
         peak_rss_bytes: peak_rss_bytes(),
         impostors: impostors.collect(),
     })
@@ -383,10 +414,11 @@ pub(crate) fn promise(
     too_small: Option<String>,
 ) -> Promise {
     let masked = has_masks(scene);
-    let by_centres = masked && technique.foliage() == farfield_bundle::Foliage::Centre;
+    let by_centres = masked && technique.foliage() == Some(farfield_bundle::Foliage::Centre);
     let (parallax, mesh) = match *technique {
         Technique::Layered { .. } => (1.0, None),
         Technique::Tdm { enlarged, .. } => (1.0 + enlarged / 2.0, Some(NEAR_BY)),
+        Technique::Bitfields { .. } => (0.0, None),
     };
     let note = match (masked, by_centres) {
         (_, true) => Some(BY_CENTRES),
@@ -397,6 +429,7 @@ pub(crate) fn promise(
         ViewSpace::Before { .. } => (OFF_AXIS, None),
         ViewSpace::Amid { .. } => (ANYWHERE, None),
         ViewSpace::Around { .. } => (OFF_AXIS, Some(ONE_AT_A_TIME)),
+        ViewSpace::Shell { .. } => (OFF_AXIS, None),
     };
     let behind = has_one_sided(scene).then_some(FROM_BEHIND);
     let notes = [Some(aim), shown, behind, mesh, note, too_small.as_deref()];
@@ -406,7 +439,7 @@ pub(crate) fn promise(
         phantom_pixels: Some(0),
         back_pixels: Some(0),
         colour_bias: Some(if masked { BIAS_AMONG_LEAVES } else { BIAS }),
-        surface_bias: (technique.channels() == Channels::Pbr).then_some(SURFACE_BIAS),
+        surface_bias: (technique.channels() == Some(Channels::Pbr)).then_some(SURFACE_BIAS),
         // Of leaves seen from afar each pixel shows several, and others of the impostor's.
         stray_colours: (!(masked && space.has_sides())).then_some(STRAY),
         coverage_change: by_centres.then_some(0.05),
@@ -612,7 +645,7 @@ fn joined(baked: &[Baked]) -> Scene {
 }
 
 fn statistics(scene: &Scene, display: &Scene, impostors: &[Impostor]) -> Statistics {
-    let bodies = || impostors.iter().map(|one| one.body.layers());
+    let bodies = || impostors.iter().filter_map(|one| one.body.layers());
     let layers = || bodies().flat_map(|body| &body.layers);
     Statistics {
         before: farfield_bundle::cost(scene),
@@ -674,7 +707,7 @@ fn encode(display: &Scene) -> Result<Vec<NewFile>> {
 fn meshes(impostors: &[Impostor]) -> impl Iterator<Item = &TdmBody> {
     impostors.iter().filter_map(|one| match &one.body {
         Body::Tdm(mesh) => Some(mesh),
-        Body::Layered(_) => None,
+        Body::Layered(_) | Body::Bitfields(_) => None,
     })
 }
 

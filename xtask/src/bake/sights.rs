@@ -7,24 +7,30 @@ use farfield_layers::LayerStack;
 use farfield_metrics::{LayersSeen, NONE};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
+use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, squares};
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// Rounds of looking: from some viewpoints at the middles of pixels, then from ten times sixty others
-/// between them as well.
-pub(super) const ROUNDS: u64 = 11;
+/// Viewpoints from which is looked first, at the middles of pixels only: corners, edges and faces of the
+/// cell, and within.
+const FIRST: Range<u64> = 0..150;
 
-/// Viewpoints of the first round: corners, edges and faces of the cell, and within.
-const FIRST: u64 = 150;
+/// Viewpoints from which is looked then, between them as well.
+const OTHERS: Range<u64> = 150..750;
 
-/// Viewpoints of each of the others.
-const OTHERS: u64 = 60;
+/// So many of these at a time: what is closed for some need not be found by others.
+const AT_A_TIME: u64 = 60;
 
 /// How far beside the middles of pixels is looked along each axis, in pixels: holes that are narrower
 /// than a pixel are found from fewer viewpoints.
-const BETWEEN: [f64; 3] = [-1.0 / 3.0, 0.0, 1.0 / 3.0];
+const BETWEEN: [f64; 2] = [-0.25, 0.25];
+
+/// How far around gaps squares are put, in voxels along each axis: in the voxel itself, then farther, and
+/// at last given up.
+const REACHES: [f32; 3] = [0.5, 1.0, 2.0];
 
 /// Of the viewpoints within: others than those from which bundles are verified.
 const SEED: u64 = 0x0062_616b_6564;
@@ -42,30 +48,51 @@ pub(super) struct Sights<'a> {
 }
 
 impl Sights<'_> {
-    /// Places in the warped grid where the scene covers a pixel and those around it, but the mesh shows
-    /// nothing there, or what is behind.
+    /// Voxels whose squares close a mesh: those where one looks through it, although the scene covers a
+    /// pixel and those around it, and sees nothing or what is behind; where they do not suffice, those
+    /// around them.
     ///
-    /// * `round` - from where is looked, below [`ROUNDS`]
-    pub(super) fn gaps(
+    /// * `voxels` - of the stack, `index` them
+    pub(super) fn open_voxels(
         &self,
-        round: u64,
-        positions: &[DVec3],
-        triangles: &[[u32; 3]],
-    ) -> Vec<Vec3> {
+        mesh: &Mesh,
+        voxels: &VoxelLayers<'_>,
+        index: &VoxelIndex,
+    ) -> BTreeSet<u32> {
+        let others = OTHERS.step_by(AT_A_TIME as usize);
+        let others = others.map(|first| (first..first + AT_A_TIME, &BETWEEN[..]));
+        let mut open = BTreeSet::new();
+        let shrunk = shrunk(mesh);
+        for (viewpoints, beside) in std::iter::once((FIRST, &[0.0][..])).chain(others) {
+            let mut viewpoints: Vec<u64> = viewpoints.collect();
+            for reach in REACHES {
+                let closed = with_squares(&shrunk, voxels, &open);
+                let gaps = self.gaps(&viewpoints, beside, &closed);
+                let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
+                open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
+                viewpoints = gaps.into_iter().map(|(viewpoint, _)| viewpoint).collect();
+                viewpoints.dedup();
+            }
+        }
+        open
+    }
+
+    /// Places in the warped grid where a mesh is open, and from which viewpoint.
+    fn gaps(
+        &self,
+        viewpoints: &[u64],
+        beside: &[f64],
+        (positions, triangles): &(Vec<Vec3>, Vec<[u32; 3]>),
+    ) -> Vec<(u64, Vec3)> {
         let Settings {
             cell, hull, camera, ..
         } = self.settings;
-        let (viewpoints, beside) = match round {
-            0 => (0..FIRST, &[0.0][..]),
-            _ => (
-                FIRST + (round - 1) * OTHERS..FIRST + round * OTHERS,
-                &BETWEEN[..],
-            ),
-        };
         let center = hull.iter().sum::<DVec3>() / hull.len() as f64;
-        let mesh = bare(positions, triangles, center);
+        let place = |p: &Vec3| self.projection.point_in_world(p.as_dvec3());
+        let world: Vec<DVec3> = positions.iter().map(place).collect();
+        let mesh = bare(&world, triangles, center);
         let mesh_textures = Textures::new(&mesh);
-        let of_view = |index| {
+        let of_view = |&index: &u64| {
             let eye = cell.viewpoint(index, SEED);
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
@@ -83,11 +110,9 @@ impl Sights<'_> {
                 let point = view.pose.point_in_world(in_view);
                 self.projection.place(point).as_vec3()
             };
-            // What hides there may have shrunk, as may what is hidden.
-            let gaps = gaps.flat_map(nine).map(place);
-            gaps.collect()
+            gaps.map(|at| (index, place(at))).collect()
         };
-        let views: Vec<Vec<Vec3>> = viewpoints.into_par_iter().map(of_view).collect();
+        let views: Vec<Vec<(u64, Vec3)>> = viewpoints.par_iter().map(of_view).collect();
         views.concat()
     }
 
@@ -145,13 +170,56 @@ fn farthest_of_nine(depth: &Grid<f64>) -> Grid<f64> {
     farthest
 }
 
-/// A pixel and the eight around it.
-fn nine([x, y]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
-    (y - 1..=y + 1).flat_map(move |y| (x - 1..=x + 1).map(move |x| [x, y]))
-}
-
 fn middle([x, y]: [usize; 2]) -> DVec2 {
     DVec2::new(x as f64, y as f64) + 0.5
+}
+
+/// Vertices and triangles of a mesh, and after them those of the squares of some voxels.
+pub(super) fn with_squares(
+    mesh: &Mesh,
+    voxels: &VoxelLayers<'_>,
+    chosen: &BTreeSet<u32>,
+) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let (mut positions, mut triangles) = (mesh.positions.clone(), mesh.triangles.clone());
+    let first = positions.len() as u32;
+    let (corners, squares) = squares(voxels, chosen);
+    positions.extend(corners);
+    triangles.extend(squares.iter().map(|square| square.map(|v| first + v)));
+    (positions, triangles)
+}
+
+/// By how much borders are moved inwards when a mesh is looked at, in voxels: a hole is found however
+/// narrow it is, and the mesh is closed where it hardly is.
+const MARGIN: f32 = 0.25;
+
+/// A mesh whose borders lie within it.
+fn shrunk(mesh: &Mesh) -> Mesh {
+    let mut edges: Vec<([u32; 2], u32)> = Vec::new();
+    for (i, t) in (0..).zip(&mesh.triangles) {
+        for [a, b] in [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]] {
+            edges.push(([a.min(b), a.max(b)], i));
+        }
+    }
+    edges.sort_unstable();
+    let mut inwards = vec![Vec3::ZERO; mesh.positions.len()];
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        let &[([a, b], triangle)] = edge else {
+            continue;
+        };
+        let corners = mesh.triangles[triangle as usize];
+        let opposite = corners.into_iter().find(|v| *v != a && *v != b);
+        let opposite = opposite.expect("a triangle has three corners");
+        let [p, q, r] = [a, b, opposite].map(|v| mesh.positions[v as usize]);
+        let across = (r - p).reject_from((q - p).normalize_or(Vec3::X));
+        let across = across.clamp_length_max(1.0);
+        inwards[a as usize] += across;
+        inwards[b as usize] += across;
+    }
+    let mut shrunk = mesh.clone();
+    for (position, inwards) in shrunk.positions.iter_mut().zip(inwards) {
+        *position += inwards.clamp_length_max(1.0) * MARGIN;
+    }
+    shrunk
 }
 
 /// A mesh as a scene, seen from both sides, without textures.

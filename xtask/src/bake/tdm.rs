@@ -4,7 +4,7 @@
 use super::Baked;
 use super::painter::{GUTTER, Painter, normals};
 use super::recording::{Layers, Settings, description, recording_camera};
-use super::sights::{ROUNDS, Sights};
+use super::sights::{Sights, with_squares};
 use super::voxelize::{Voxels, voxelize};
 use crate::console::Console;
 use crate::parts::Part;
@@ -16,11 +16,8 @@ use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
 use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
-use farfield_tdm::{
-    Chart, Fixed, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify,
-};
+use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use std::collections::{BTreeMap, BTreeSet};
 
 /// Bakes one textured depth mesh of a part of the scene that the textures are of; `None` where nothing
 /// of it can be seen.
@@ -62,23 +59,28 @@ pub(super) fn bake(
         stack,
         projection: &projection,
     };
-    let index = VoxelIndex::new(&voxels);
-    let (initial_triangles, mut simple, world) =
-        closed_mesh(&voxels, &points, &index, &sights, enlarged as f32, console);
+    let (index, enlarged) = (VoxelIndex::new(&voxels), enlarged as f32);
+    let initial = console.stage("connect", || initial_mesh(&voxels, &points, enlarged));
+    let simple = console.stage("simplify", || simplify(&initial, &voxels, enlarged).mesh);
+    let open = console.stage("look through", || {
+        sights.open_voxels(&simple, &voxels, &index)
+    });
+    let (positions, mut triangles) = with_squares(&simple, &voxels, &open);
+    let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
+    let world: Vec<DVec3> = positions.iter().map(place).collect();
     let [min, max] = part.represented;
     let origin = (min + max) / 2.0;
     // Clients drop what has no area in the file.
-    simple.triangles.retain(|t| {
+    triangles.retain(|t| {
         let [a, b, c] = t.map(|v| (world[v as usize] - origin).as_vec3());
         (b - a).cross(c - a) != Vec3::ZERO
     });
     let (charts, atlas) = console.stage("lay out", || {
-        let densities: Vec<f32> = simple
-            .triangles
+        let densities: Vec<f32> = triangles
             .iter()
-            .map(|t| projection.stretch(t.map(|v| simple.positions[v as usize])))
+            .map(|t| projection.stretch(t.map(|v| positions[v as usize])))
             .collect();
-        let charts = charts(&simple.positions, &simple.triangles, &densities, GUTTER);
+        let charts = charts(&positions, &triangles, &densities, GUTTER);
         let sizes: Vec<[u32; 2]> = charts
             .iter()
             .map(|chart| [chart.width, chart.height])
@@ -93,25 +95,17 @@ pub(super) fn bake(
             index,
             colors: &colors,
             normals: &normals(scene, &stack.pose, &visible.samples),
-            triangles: &simple.triangles,
+            triangles: &triangles,
             world: &world,
         };
         painter.pages(&charts, &atlas)
     });
-    let display = display(
-        name,
-        &simple.triangles,
-        &world,
-        origin,
-        &charts,
-        &atlas,
-        &pages,
-    );
+    let display = display(name, &triangles, &world, origin, &charts, &atlas, &pages);
     let body = TdmBody {
         recorded: description(stack, &layers.recording, visible),
-        initial_triangles,
-        triangles: simple.triangles.len() as u64,
-        pieces: pieces(&simple.triangles) as u64,
+        initial_triangles: initial.triangles.len() as u64,
+        triangles: triangles.len() as u64,
+        pieces: pieces(&triangles) as u64,
         charts: charts.len() as u64,
     };
     let impostor = Impostor {
@@ -127,65 +121,6 @@ pub(super) fn bake(
         smallest_texel: smallest_texel(stack, &corners, &settings.camera),
     };
     Ok(Some((baked, layers)))
-}
-
-/// Triangles of the initial mesh, the simplified one, and its vertices in the world. Whatever opens as
-/// both are no exact copies of the surface is found by looking, and made again exactly, until nothing
-/// is open from anywhere that is looked from.
-fn closed_mesh(
-    voxels: &VoxelLayers<'_>,
-    points: &[Vec3],
-    index: &VoxelIndex,
-    sights: &Sights<'_>,
-    enlarged: f32,
-    console: &Console,
-) -> (u64, Mesh, Vec<DVec3>) {
-    let (mut fixed, mut opened) = (Fixed::default(), BTreeMap::new());
-    // From where is looked next, and from how many rounds in a row all was closed.
-    let (mut round, mut closed) = (0, 0);
-    loop {
-        let before = fixed.clone();
-        let initial = console.stage("connect", || initial_mesh(voxels, points, &fixed, enlarged));
-        let simple = console.stage("simplify", || simplify(&initial, voxels, enlarged).mesh);
-        let place = |p: &Vec3| sights.projection.point_in_world(p.as_dvec3());
-        let world: Vec<DVec3> = simple.positions.iter().map(place).collect();
-        console.stage("look through", || {
-            while closed < ROUNDS && fixed == before {
-                let gaps = sights.gaps(round, &world, &simple.triangles);
-                fix(&mut fixed, &mut opened, &gaps, index);
-                (round, closed) = ((round + 1) % ROUNDS, closed + 1);
-            }
-        });
-        if fixed == before {
-            return (initial.triangles.len() as u64, simple, world);
-        }
-        // From there more may be open still.
-        (round, closed) = ((round + ROUNDS - 1) % ROUNDS, 0);
-    }
-}
-
-/// Within how many voxels of gaps that open again and again all is fixed.
-const FARTHEST: u32 = 3;
-
-/// Fixes a mesh around gaps: borders first, then all, and where gaps open again farther around them.
-///
-/// * `opened` - voxels beside gaps, and how often they have been
-fn fix(fixed: &mut Fixed, opened: &mut BTreeMap<u32, u32>, gaps: &[Vec3], index: &VoxelIndex) {
-    let near = |gap: Vec3, reach: f32| index.near(gap, Vec3::splat(reach)).map(|(voxel, _)| voxel);
-    let mut beside = BTreeSet::new();
-    for gap in gaps {
-        let times = near(*gap, 1.0).filter_map(|voxel| opened.get(&voxel)).max();
-        match times {
-            None => fixed.borders.extend(near(*gap, 1.0)),
-            Some(times) => fixed
-                .wholly
-                .extend(near(*gap, (*times).min(FARTHEST) as f32)),
-        }
-        beside.extend(near(*gap, 1.0));
-    }
-    for voxel in beside {
-        *opened.entry(voxel).or_insert(0) += 1;
-    }
 }
 
 /// What is displayed: one object, one mesh, an opaque, unlit material a page, seen from both sides, as

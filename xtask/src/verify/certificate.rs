@@ -6,7 +6,13 @@ use farfield_bundle::{
 };
 
 /// What is signed off when a bundle kept its promise.
-pub(super) fn certificate(manifest: &Manifest, report: &VerifyReport) -> Certificate {
+///
+/// * `sampled` - what was only measured, a sentence each
+pub(super) fn certificate(
+    manifest: &Manifest,
+    report: &VerifyReport,
+    sampled: &[&str],
+) -> Certificate {
     let options = &manifest.options;
     Certificate {
         format: CERTIFICATE_FORMAT.into(),
@@ -27,17 +33,19 @@ pub(super) fn certificate(manifest: &Manifest, report: &VerifyReport) -> Certifi
             coverage_error: report.spread.coverage_error.max,
             colour_bias: report.colour_bias.abs(),
             stray_colours: report.stray_colours,
+            missed_pixels: (report.bitfields.as_ref()).map(|found| found.missed_pixels_worst),
             flip: report.flip_worst_view_mean,
             worst_view: report.worst_view,
         },
         proved: report.proved.clone(),
-        sampled: SAMPLED.map(Into::into).into(),
+        sampled: sampled.iter().copied().map(Into::into).collect(),
         beyond: report.beyond,
         sha256: String::new(),
     }
 }
 
-const SAMPLED: [&str; 5] = [
+/// What is measured of impostors.
+pub(super) const OF_IMPOSTORS: [&str; 5] = [
     "Gap pixels, phantom pixels and coverage, at every pixel of every viewpoint.",
     "Parallax: where the impostor's geometry shows each visible surface point of the original.",
     "Colours: FLIP, structural similarity, signal-to-noise ratio, bias and strays.",

@@ -23,9 +23,13 @@ use minijinja::value::Serde;
 use serde::Serialize;
 use std::path::Path;
 
+/// How all pages look.
+pub(super) const STYLE: &str = include_str!("style.css");
+
 /// Everything that the page shows, in words and pictures.
 #[derive(Serialize)]
 struct Page<'a> {
+    style: &'static str,
     name: &'a str,
     summary: String,
     made_of: String,
@@ -47,7 +51,7 @@ struct Page<'a> {
 }
 
 #[derive(Serialize)]
-struct CostRow {
+pub(super) struct CostRow {
     name: &'static str,
     original: String,
     impostor: String,
@@ -147,7 +151,7 @@ struct AtlasPage {
 }
 
 #[derive(Serialize)]
-struct Fact {
+pub(super) struct Fact {
     name: &'static str,
     value: String,
 }
@@ -178,6 +182,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
     let name = manifest.impostors.first().map_or("", |one| &one.name);
     let made = sources.subjects.iter().zip(sources.constructions);
     let page = Page {
+        style: STYLE,
         name,
         summary: summary(manifest),
         made_of: format!(
@@ -223,7 +228,7 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
         notes: &manifest.promise.notes,
         edges: match manifest.technique {
             Technique::Layered { .. } => "Outlines of the quads",
-            Technique::Tdm { .. } => "Edges of the triangles",
+            Technique::Tdm { .. } | Technique::Bitfields { .. } => "Edges of the triangles",
         },
         wireframes: wireframe_views(sources.subjects),
         sheets: made
@@ -248,7 +253,7 @@ fn summary(manifest: &Manifest) -> String {
     };
     let aim = match space {
         ViewSpace::Amid { .. } => "look anywhere",
-        ViewSpace::Before { .. } | ViewSpace::Around { .. } => {
+        ViewSpace::Before { .. } | ViewSpace::Around { .. } | ViewSpace::Shell { .. } => {
             "look at the centre of what is represented"
         }
     };
@@ -261,7 +266,7 @@ fn summary(manifest: &Manifest) -> String {
     )
 }
 
-fn cost(report: &VerifyReport) -> Vec<CostRow> {
+pub(super) fn cost(report: &VerifyReport) -> Vec<CostRow> {
     let (before, after) = (&report.cost.original, &report.cost.impostor);
     let row = |name, original: u64, impostor: u64| CostRow {
         name,
@@ -489,7 +494,7 @@ fn atlas(display: &Scene) -> Vec<AtlasPage> {
     images.iter().enumerate().map(page).collect()
 }
 
-fn facts(manifest: &Manifest, dir: &Path) -> Vec<Fact> {
+pub(super) fn facts(manifest: &Manifest, dir: &Path) -> Vec<Fact> {
     let fact = |name, value| Fact { name, value };
     let scene = match &manifest.scene {
         SceneSource::File { path, sha256 } => format!("{path}, SHA-256 {sha256}"),
@@ -517,12 +522,12 @@ fn facts(manifest: &Manifest, dir: &Path) -> Vec<Fact> {
     ]
 }
 
-fn data_uri(png: &[u8]) -> String {
+pub(super) fn data_uri(png: &[u8]) -> String {
     format!("data:image/png;base64,{}", BASE64_STANDARD.encode(png))
 }
 
 /// Digits in groups of three.
-fn grouped(number: u64) -> String {
+pub(super) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups = digits.as_bytes().rchunks(3).rev();
     let groups: Vec<_> = groups.map(String::from_utf8_lossy).collect();

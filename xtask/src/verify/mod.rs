@@ -1,6 +1,7 @@
 //! Whether a bundle keeps its promise.
 
 mod beyond;
+mod bitfields;
 mod certificate;
 mod construction;
 mod display;
@@ -19,7 +20,9 @@ mod view;
 mod wireframe;
 mod worst;
 
-pub use report::{CostOfBoth, CoverageAt, Spread, Summary, VerifyReport};
+pub use report::{
+    BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Spread, Summary, VerifyReport,
+};
 pub use seams::Seams;
 pub use surface::SurfaceBias;
 pub use totals::Place;
@@ -50,6 +53,9 @@ pub struct VerifyOptions {
     /// 9 to 26 its edge and face centres, from 27 on points spread evenly in it. Of several impostors
     /// each is seen in turn: of six the first has the views 0, 6, 12 and so on for these.
     ///
+    ///
+    /// Of bitfields they are spread evenly over all directions, and over the distances.
+    ///
     /// From 0 on they verify the bundle; others are only looked at.
     pub views: Range<u64>,
 }
@@ -71,7 +77,12 @@ const CHUNK: u64 = 64;
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
     let dir = &options.dir;
     let manifest = opened::manifest(dir, console)?;
-    let original = opened::original(&manifest, dir, options.scene.as_deref(), console)?;
+    let scene = options.scene.as_deref();
+    let Some(channels) = manifest.technique.channels() else {
+        let original = opened::whole_original(&manifest, dir, scene, console)?;
+        return bitfields::verify(options, &manifest, original, console);
+    };
+    let original = opened::original(&manifest, dir, scene, console)?;
     let display = opened::display(dir, &manifest)?;
     let space = &manifest.options.view_space;
     let in_manifest = || opened::in_manifest(dir);
@@ -105,7 +116,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     let mut report = report::summarise(
         &totals,
         coverage_at,
-        manifest.technique.channels(),
+        channels,
         construction::worst_of(&constructions),
         CostOfBoth {
             original: farfield_bundle::cost(&original),
@@ -144,23 +155,15 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
 
     let rows = table::promised_rows(&report, &judged);
     let folder = dir.join("report");
-    if whole && folder.exists() {
-        // Pictures of earlier worst views.
-        std::fs::remove_dir_all(&folder).with_context(|| folder.display().to_string())?;
-    }
     let pictures: Vec<_> = totals
         .worst
         .iter()
         .map(|view| worst::picture(viewed(&subjects, view.view).0, view))
         .collect();
-    for pictures in &pictures {
-        worst::write(pictures, &folder)?;
-    }
+    let files = pictures.iter().flat_map(worst::files);
+    write_pictures(&folder, whole, files)?;
     table::print(&report, &rows, &totals, console);
     if whole {
-        if !report.holds {
-            farfield_bundle::remove_certificate(dir)?;
-        }
         let sources = html::Sources {
             dir,
             command: command(options),
@@ -173,21 +176,64 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
             promised: rows,
             pictures: &pictures,
         };
-        let page = html::page(sources).context("report.html")?;
-        html::write(dir, &page)?;
-        write_json(dir, &report)?;
-        if report.holds && earlier.is_none_or(|viewpoints| viewpoints <= report.views) {
-            let certificate = certificate::certificate(&manifest, &report);
-            farfield_bundle::write_certificate(dir, &certificate)?;
-        }
-        console.say(format_args!(
-            "  report in {}",
-            dir.join("report.html").display()
-        ));
+        let left = Left {
+            page: html::page(sources).context("report.html")?,
+            report: &report,
+            sampled: &certificate::OF_IMPOSTORS,
+            earlier,
+        };
+        leave(dir, &manifest, left, console)?;
     } else {
         console.say(format_args!("  pictures in {}", folder.display()));
     }
     Ok(report)
+}
+
+/// What a verification leaves behind.
+struct Left<'a> {
+    page: String,
+    report: &'a VerifyReport,
+    /// What was only measured, a sentence each.
+    sampled: &'a [&'a str],
+    /// Viewpoints that the bundle is certified from already.
+    earlier: Option<u64>,
+}
+
+/// Writes report and figures into a bundle's folder, and certifies it or takes its certificate away.
+fn leave(dir: &Path, manifest: &Manifest, left: Left<'_>, console: &Console) -> Result<()> {
+    let report = left.report;
+    if !report.holds {
+        farfield_bundle::remove_certificate(dir)?;
+    }
+    html::write(dir, &left.page)?;
+    write_json(dir, report)?;
+    if report.holds && (left.earlier).is_none_or(|viewpoints| viewpoints <= report.views) {
+        let certificate = certificate::certificate(manifest, report, left.sampled);
+        farfield_bundle::write_certificate(dir, &certificate)?;
+    }
+    console.say(format_args!(
+        "  report in {}",
+        dir.join("report.html").display()
+    ));
+    Ok(())
+}
+
+/// Writes PNG files, given by name and content, into a folder.
+///
+/// * `alone` - whether pictures of earlier views go
+fn write_pictures<'a>(
+    folder: &Path,
+    alone: bool,
+    mut files: impl Iterator<Item = (String, &'a [u8])>,
+) -> Result<()> {
+    if alone && folder.exists() {
+        std::fs::remove_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    files.try_for_each(|(name, png)| {
+        let path = folder.join(name);
+        std::fs::write(&path, png).with_context(|| path.display().to_string())
+    })
 }
 
 /// The command that verifies a bundle, for a shell.

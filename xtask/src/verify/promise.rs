@@ -268,7 +268,7 @@ pub(super) fn loosened(promise: &Promise, least: &Promise) -> Vec<String> {
 const FEWEST_PIXELS: u64 = 10_000;
 
 /// Where something was found, the first few.
-fn places(places: &[Place]) -> String {
+pub(super) fn places(places: &[Place]) -> String {
     let mut text = Vec::new();
     for of_view in places.chunk_by(|a, b| a.view == b.view).take(3) {
         let pixels = of_view

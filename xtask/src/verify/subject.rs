@@ -107,6 +107,7 @@ impl<'a> Subject<'a> {
         quads: Side<'a>,
     ) -> Result<Self> {
         let body = impostor.body.layers();
+        let body = body.expect("what has pages has layers");
         let settings = settings(manifest, part);
         require_same_box(impostor.represented, part.represented)?;
         let stack = stack_of(body);
@@ -213,18 +214,31 @@ impl<'a> Subject<'a> {
 
 /// What a bundle says the impostor of a part was made for.
 pub(super) fn settings(manifest: &Manifest, part: &Part<'_>) -> Settings {
-    let (Technique::Layered { page_size, .. } | Technique::Tdm { page_size, .. }) =
-        manifest.technique;
+    let (Technique::Layered {
+        page_size,
+        foliage,
+        channels,
+        ..
+    }
+    | Technique::Tdm {
+        page_size,
+        foliage,
+        channels,
+        ..
+    }) = manifest.technique
+    else {
+        unreachable!("bitfields are no impostors");
+    };
     Settings {
         cell: part.cell,
         hull: part.hull,
         camera: part.camera,
         page_size,
-        foliage: match manifest.technique.foliage() {
+        foliage: match foliage {
             farfield_bundle::Foliage::Any => Foliage::Any,
             farfield_bundle::Foliage::Centre => Foliage::Centre,
         },
-        channels: manifest.technique.channels(),
+        channels,
     }
 }
 
@@ -243,7 +257,7 @@ fn pyramid(camera: &Camera) -> [DVec4; 4] {
 }
 
 /// Refuses a manifest whose impostor stands for something else than the original.
-fn require_same_box(stated: [DVec3; 2], found: [DVec3; 2]) -> Result<()> {
+pub(super) fn require_same_box(stated: [DVec3; 2], found: [DVec3; 2]) -> Result<()> {
     // Other builds round otherwise.
     let digits = 1e-9 * found[0].abs().max(found[1].abs()).max_element();
     let is_same = (0..2).all(|i| stated[i].abs_diff_eq(found[i], digits));

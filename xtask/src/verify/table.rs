@@ -48,15 +48,7 @@ pub(super) fn print(
     totals: &Totals,
     console: &Console,
 ) {
-    console.say(format_args!("\n  {:<28}{:>14}   promised", "", "measured"));
-    for row in rows {
-        let broken = if row.kept { "" } else { "   BROKEN" };
-        console.say(format_args!(
-            "  {:<28}{:>14}   {}{broken}",
-            row.name, row.measured, row.promised
-        ));
-    }
-    console.say(format_args!("  {:<28}{:>14}", "viewpoints", report.views));
+    print_rows(rows, report.views, console);
     if let Some(worst) = totals.worst.first() {
         let [x, y, z] = worst.camera.pose.eye.to_array();
         console.say(format_args!(
@@ -76,6 +68,24 @@ pub(super) fn print(
             beyond.cell_scale, beyond.switch_distance_m
         ));
     }
+    print_verdict(report, console);
+}
+
+/// Figures beside what is promised of them.
+pub(super) fn print_rows(rows: &[PromisedRow], views: u64, console: &Console) {
+    console.say(format_args!("\n  {:<28}{:>14}   promised", "", "measured"));
+    for row in rows {
+        let broken = if row.kept { "" } else { "   BROKEN" };
+        console.say(format_args!(
+            "  {:<28}{:>14}   {}{broken}",
+            row.name, row.measured, row.promised
+        ));
+    }
+    console.say(format_args!("  {:<28}{:>14}", "viewpoints", views));
+}
+
+/// Whether the promise holds, and what is broken.
+pub(super) fn print_verdict(report: &VerifyReport, console: &Console) {
     let verdict = match report.holds {
         true => "the promise holds",
         false => "the promise is BROKEN:",

@@ -166,12 +166,12 @@ fn layers(subject: &Subject<'_>, camera: &Camera, seen: &Visibility) -> Grid<u32
 }
 
 #[cfg(feature = "flip")]
-fn flip([original, impostor]: [&Grid<[u8; 3]>; 2], region: &BitMask) -> Distribution {
+pub(super) fn flip([original, impostor]: [&Grid<[u8; 3]>; 2], region: &BitMask) -> Distribution {
     farfield_metrics::flip_errors(original, impostor, region).errors
 }
 
 #[cfg(not(feature = "flip"))]
-fn flip(_: [&Grid<[u8; 3]>; 2], _: &BitMask) -> Distribution {
+pub(super) fn flip(_: [&Grid<[u8; 3]>; 2], _: &BitMask) -> Distribution {
     Distribution::default()
 }
 

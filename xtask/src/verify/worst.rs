@@ -3,10 +3,8 @@
 use super::subject::Subject;
 use super::view::{Pictures, ViewFigures, show};
 use crate::pictures::{marked, png};
-use anyhow::{Context, Result};
 use farfield_grid::{BitMask, Grid};
 use farfield_metrics::compared_region;
-use std::path::Path;
 
 /// PNG files of one view.
 pub(super) struct ViewPictures {
@@ -72,18 +70,14 @@ fn errors(a: &Grid<[u8; 3]>, b: &Grid<[u8; 3]>, _: &BitMask) -> Grid<[u8; 3]> {
     crate::pictures::difference(a, b)
 }
 
-/// Writes a view's pictures into a folder.
-pub(super) fn write(pictures: &ViewPictures, dir: &Path) -> Result<()> {
-    std::fs::create_dir_all(dir).with_context(|| dir.display().to_string())?;
-    let files = [
+/// Names and contents of a view's files.
+pub(super) fn files(pictures: &ViewPictures) -> impl Iterator<Item = (String, &[u8])> {
+    [
         ("original", &pictures.original),
         ("impostor", &pictures.impostor),
         ("difference", &pictures.difference),
         ("marked", &pictures.marked),
-    ];
-    for (what, png) in files {
-        let path = dir.join(format!("view-{:04}-{what}.png", pictures.view));
-        std::fs::write(&path, png).with_context(|| path.display().to_string())?;
-    }
-    Ok(())
+    ]
+    .into_iter()
+    .map(|(what, png)| (format!("view-{:04}-{what}.png", pictures.view), &png[..]))
 }

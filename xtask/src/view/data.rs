@@ -2,7 +2,7 @@
 
 use crate::console::Console;
 use crate::{parts, pictures, viewpoints};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use farfield_bundle::{CertificateState, Cost, Impostor, Manifest, read_certificate};
 use farfield_layers::Aim;
 use farfield_sampling::Lighting;
@@ -133,7 +133,9 @@ pub(super) fn data(
 /// at.
 fn sight(manifest: &Manifest, impostor: &Impostor, index: u64) -> Result<[DVec3; 2]> {
     let cell = manifest.options.view_space.cell(impostor.side);
-    let eye = viewpoints::eye(impostor.body.layers().pose.eye, &cell, index);
+    let layers = impostor.body.layers();
+    let layers = layers.with_context(|| format!("{} has no layers", impostor.name))?;
+    let eye = viewpoints::eye(layers.pose.eye, &cell, index);
     let (hull, aim) = parts::stated(manifest, impostor);
     let target = match aim {
         Aim::Center => (impostor.represented[0] + impostor.represented[1]) / 2.0,

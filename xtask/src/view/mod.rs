@@ -9,7 +9,7 @@ pub use server::serve;
 
 use crate::console::Console;
 use crate::{dump, opened, source};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use farfield_bundle::{FolderKind, NewFile, encode_png, glb_from_scene, write_folder};
 use farfield_scene::Scene;
 use rayon::prelude::*;
@@ -47,10 +47,17 @@ const ORIGINAL: &str = "original/scene.glb";
 ///
 /// # Errors
 ///
-/// When the bundle is damaged or says what cannot be, or the original is not the one that was baked.
+/// When the bundle is damaged, says what cannot be or holds bitfields, or the original is not the one that
+/// was baked.
 pub fn page_content(options: &ViewOptions, console: &Console) -> Result<Vec<NewFile>> {
     let dir = &options.dir;
     let manifest = opened::manifest(dir, console)?;
+    if manifest.technique.channels().is_none() {
+        bail!(
+            "{}: a page shows layers and meshes, not what bitfields cull; look at the bundle's report.html",
+            dir.display()
+        );
+    }
     let moved = source::moved(&manifest, dir).filter(|_| options.scene.is_none());
     let original = match &moved {
         Some(why) => {

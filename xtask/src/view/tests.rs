@@ -88,7 +88,7 @@ fn a_page_shows_what_the_manifest_says() {
 
     let [min, max] = manifest.impostors[0].represented;
     let target = serde_json::to_value((min + max) / 2.0).unwrap();
-    let eye = serde_json::to_value(manifest.impostors[0].body.layers().pose.eye).unwrap();
+    let eye = serde_json::to_value(manifest.impostors[0].body.layers().unwrap().pose.eye).unwrap();
     assert_eq!(data["views"].as_array().unwrap().len(), 256);
     assert_eq!(
         [&data["views"][0]["eye"], &data["views"][0]["target"]],

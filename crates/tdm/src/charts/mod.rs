@@ -126,7 +126,7 @@ pub(crate) mod tests {
     fn meshes() -> impl Strategy<Value = (Mesh, Vec<f32>)> {
         let mesh = (blobs(), any::<bool>()).prop_map(|(blob, simple)| {
             let layers = blob.layers();
-            let mesh = initial_mesh(&layers, &blob.centers(), &Fixed::default(), 1.5);
+            let mesh = initial_mesh(&layers, &blob.centers(), 1.5);
             let mut mesh = match simple {
                 true => simplify(&mesh, &layers, 1.5).mesh,
                 false => mesh,
@@ -271,7 +271,7 @@ pub(crate) mod tests {
             borders: &[0.0, 1.0],
         };
         let centers: Vec<Vec3> = voxels.boxes(1.0).iter().map(|b| b.center).collect();
-        let mesh = initial_mesh(&voxels, &centers, &Fixed::default(), 1.5);
+        let mesh = initial_mesh(&voxels, &centers, 1.5);
         let found = charts(&mesh.positions, &mesh.triangles, &[1.0; 4800], 2);
         let sizes: Vec<[u32; 2]> = found.iter().map(|c| [c.width, c.height]).collect();
         assert_eq!(sizes, [[64, 44]]);

@@ -1,0 +1,208 @@
+//! What ID-bitfields leave to draw, beside what else engines draw less by: back-face culling,
+//! cones of meshlets, and, as what nothing can do better than, exactly what a picture shows.
+
+use crate::bitfields::{SAMPLES, drawn, percentile};
+use crate::models;
+use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURES};
+use farfield_bitfields::{
+    Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation, even_directions,
+    face_sets, patches,
+};
+use farfield_sampling::{NONE, Textures};
+use glam::{DVec3, Vec3};
+use meshopt::VertexDataAdapter;
+use std::collections::BTreeMap;
+
+const MODELS: [models::Entry; 5] = [
+    models::DENSE[0],
+    models::DENSE[1],
+    models::DENSE[2],
+    models::LARGE[0],
+    models::DENSE[3],
+];
+
+/// What meshlets hold at most, as meshoptimizer recommends, and how much the spread of their
+/// normals counts beside their size.
+const MESHLET_VERTICES: usize = 64;
+const MESHLET_TRIANGLES: usize = 124;
+const CONE_WEIGHT: f32 = 0.5;
+
+/// What is kept for a meshlet's test: the cone's apex, axis and cutoff.
+const CONE_BYTES: usize = 28;
+
+/// An exact set is of the pixels of so many pictures on each pixel of an id buffer, and taken for
+/// every so many pictures.
+const EXACT_SCALE: u32 = 2;
+const EXACT_STEP: usize = 8;
+
+/// Prints the table.
+pub(crate) fn table() {
+    println!(
+        "\nPrimitives drawn (mean over {PICTURES} pictures at distances up to {FARTHEST} times the \
+         least), bytes kept for that, and pixels missed, at the 95th percentile and in the worst. \
+         Exact sets are those of every {EXACT_STEP}th picture, from {} x {} pixels.\n",
+        EXACT_SCALE * BUFFER[0],
+        EXACT_SCALE * BUFFER[1]
+    );
+    println!("| model | way | drawn | of all | bytes | missed |\n|---|---|---|---|---|---|");
+    for model in models::read(&MODELS) {
+        rows(&Numbered::new(model.name, model.scene));
+    }
+}
+
+fn rows(model: &Numbered) {
+    let textures = Textures::new(&model.scene);
+    let distances = model.distances();
+    let pictures = model.pictures(&textures, &distances);
+    let row = |way: &str, bytes: usize, step: usize, drawn: &dyn Fn(DVec3) -> Bitfield| {
+        let (mut count, mut missed) = (0.0, Vec::new());
+        for (offset, ids) in pictures.iter().step_by(step) {
+            let drawn = drawn(*offset);
+            count += f64::from(drawn.len());
+            let hidden = |id: &&u32| **id != NONE && !drawn.contains(**id);
+            missed.push(ids.iter().filter(hidden).count() as u32);
+        }
+        missed.sort_unstable();
+        let count = count / missed.len() as f64;
+        println!(
+            "| {} | {way} | {count:.0} | {:.1} % | {bytes} | {}, {} |",
+            model.name,
+            100.0 * count / f64::from(model.primitives),
+            percentile(&missed, 0.95),
+            percentile(&missed, 1.0),
+        );
+    };
+    row("all", 0, EXACT_STEP, &|_| model.those(|_| true));
+
+    let any_double_sided = model.double_sided.contains(&true);
+    row("back faces", 0, 1, &|offset| {
+        model.those(|id| model.shows(id, model.center + offset))
+    });
+    if any_double_sided {
+        row("back faces, all single-sided", 0, 1, &|offset| {
+            model.those(|id| model.fronts(id, model.center + offset))
+        });
+    }
+    let meshlets = Meshlets::new(model);
+    let bytes = CONE_BYTES * meshlets.primitives.len();
+    row("cones of meshlets", bytes, 1, &|offset| {
+        meshlets.drawn(model, offset, false)
+    });
+    if any_double_sided {
+        row("cones of meshlets, all single-sided", bytes, 1, &|offset| {
+            meshlets.drawn(model, offset, true)
+        });
+    }
+
+    let directions = even_directions(SAMPLES);
+    let offsets = distances.viewpoints(&directions);
+    let faces = Triangulation::new(&directions, DVec3::ZERO).expect("directions are all around");
+    let seen = model.sets(&textures, &offsets);
+    let ways = [
+        ("", seen.clone()),
+        (", neighbours", model.grown(&seen, &offsets)),
+    ];
+    for (also, sets) in ways {
+        let united = face_sets(&faces, &distances.unite(&sets), Samples::Six);
+        let lists = FaceRanges::from_sets(&united);
+        let settings = PatchSettings::default();
+        let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
+        let joined = patches.ranges(&united, settings.most_ranges);
+        let in_patches = drawn(&joined, &patches.order);
+        let bytes = [lists.bytes(), joined.bytes()];
+        let lookup = Lookup::new(faces.clone(), lists);
+        let of = |sets: &[Bitfield], offset| sets[lookup.face(offset) as usize].clone();
+        let way = |list: &str| format!("{SAMPLES} samples{also}: {list}");
+        row(&way("primitives"), bytes[0], 1, &|offset| {
+            of(&united, offset)
+        });
+        row(&way("patches"), bytes[1], 1, &|offset| {
+            of(&in_patches, offset)
+        });
+        row(&way("patches, then back faces"), bytes[1], 1, &|offset| {
+            let drawn = of(&in_patches, offset);
+            let eye = model.center + offset;
+            model.those(|id| drawn.contains(id) && model.shows(id, eye))
+        });
+    }
+    let pixels = BUFFER.map(|side| EXACT_SCALE * side);
+    row("exact", 0, EXACT_STEP, &|offset| {
+        Bitfield::from_ids(model.primitives, &model.ids(&textures, offset, pixels))
+    });
+}
+
+/// Groups of primitives that face much the same way.
+struct Meshlets {
+    primitives: Vec<Vec<u32>>,
+    /// Apex, relative to the model's centre, axis and cutoff.
+    cones: Vec<(Vec3, Vec3, f32)>,
+}
+
+impl Meshlets {
+    fn new(model: &Numbered) -> Self {
+        let vertices = model
+            .welded
+            .iter()
+            .flatten()
+            .max()
+            .map_or(0, |last| last + 1);
+        let mut places = vec![[0.0f32; 3]; vertices as usize];
+        for (corners, welded) in model.scene.triangles_in_world().zip(&model.welded) {
+            for (corner, &vertex) in corners.iter().zip(welded) {
+                places[vertex as usize] = (*corner - model.center).as_vec3().to_array();
+            }
+        }
+        // Meshoptimizer turns triangles, and does not tell which is which.
+        let sorted = |mut corners: [u32; 3]| {
+            corners.sort_unstable();
+            corners
+        };
+        let mut ids: BTreeMap<[u32; 3], Vec<u32>> = BTreeMap::new();
+        for (id, corners) in (0..).zip(&model.welded) {
+            ids.entry(sorted(*corners)).or_default().push(id);
+        }
+        let bytes = meshopt::typed_to_bytes(&places);
+        let adapter = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0);
+        let adapter = adapter.expect("places are whole");
+        let meshlets = meshopt::build_meshlets(
+            model.welded.as_flattened(),
+            &adapter,
+            MESHLET_VERTICES,
+            MESHLET_TRIANGLES,
+            CONE_WEIGHT,
+        );
+        let (mut primitives, mut cones) = (Vec::new(), Vec::new());
+        for meshlet in meshlets.iter() {
+            let (triangles, _) = meshlet.triangles.as_chunks::<3>();
+            let members = triangles.iter().map(|corners| {
+                let corners = corners.map(|corner| meshlet.vertices[usize::from(corner)]);
+                let same = ids
+                    .get_mut(&sorted(corners))
+                    .expect("corners are a primitive's");
+                same.pop().expect("as many as there are in the model")
+            });
+            primitives.push(members.collect());
+            let bounds = meshopt::compute_meshlet_bounds(meshlet, &adapter);
+            cones.push((
+                Vec3::from(bounds.cone_apex),
+                Vec3::from(bounds.cone_axis),
+                bounds.cone_cutoff,
+            ));
+        }
+        Self { primitives, cones }
+    }
+
+    /// Those of the meshlets that do not all face away; where a material is seen from both sides,
+    /// none does, unless all are taken for single-sided.
+    fn drawn(&self, model: &Numbered, offset: DVec3, all_single_sided: bool) -> Bitfield {
+        let mut drawn = Bitfield::empty(model.primitives);
+        for (members, &(apex, axis, cutoff)) in self.primitives.iter().zip(&self.cones) {
+            let single = |id: &u32| !model.double_sided[*id as usize];
+            let away = (apex - offset.as_vec3()).normalize_or_zero().dot(axis) >= cutoff;
+            if !(away && (all_single_sided || members.iter().all(single))) {
+                members.iter().for_each(|id| drawn.insert(*id));
+            }
+        }
+        drawn
+    }
+}

@@ -1,0 +1,70 @@
+//! Culling and missed pixels over the number of samples: Figures 5 and 7 of Meruvia Pastor and
+//! Strothotte.
+
+use super::super::report::OverSamples;
+use crate::bake::{Sampler, percentile};
+use crate::orbit::Orbit;
+use crate::viewpoints::SEED;
+use farfield_bitfields::{
+    Bitfield, FaceRanges, Samples, Triangulation, culled_share, even_directions, face_sets,
+};
+use farfield_sampling::Textures;
+use farfield_scene::Scene;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Numbers of samples: the paper's 14 and 25, and fewer and more.
+const COUNTS: [u32; 5] = [6, 14, 25, 55, 110];
+
+/// Views that samples are judged by.
+const VIEWS: u64 = 64;
+
+/// Without patches and without more samples where something is missed: even samples, united by three
+/// and by six, list triangles one by one.
+pub(super) fn over_samples(
+    original: &Scene,
+    textures: &Textures<'_>,
+    orbit: &Orbit,
+) -> Vec<OverSamples> {
+    let sampler = Sampler::new(original, textures, orbit);
+    let views: Vec<(DVec3, Vec<[u32; 2]>)> = (0..VIEWS)
+        .into_par_iter()
+        .map(|view| {
+            let camera = orbit.view(view, SEED);
+            (camera.pose.eye - orbit.center, sampler.counted(&camera))
+        })
+        .collect();
+    let of_count = |count| {
+        let directions = even_directions(count);
+        let faces = Triangulation::new(&directions, DVec3::ZERO).expect("they are all around");
+        let distances = orbit.sampled();
+        let sets = distances.unite(&sampler.sets(&distances.viewpoints(&directions)));
+        let [three, six] = [Samples::Three, Samples::Six].map(|samples| {
+            let united = face_sets(&faces, &sets, samples);
+            let lists = FaceRanges::from_sets(&united);
+            let mut missed: Vec<u64> = views
+                .iter()
+                .map(|(direction, seen)| missed(&faces, &united, *direction, seen))
+                .collect();
+            missed.sort_unstable();
+            let culled = culled_share(&lists, original.triangles.len() as u32);
+            (culled, percentile(&missed, 0.95))
+        });
+        OverSamples {
+            samples: count,
+            culled_by_three: three.0,
+            culled_by_six: six.0,
+            missed_by_three: three.1,
+            missed_by_six: six.1,
+        }
+    };
+    COUNTS.into_iter().map(of_count).collect()
+}
+
+/// Pixels of a view that show what the face of its direction has not.
+fn missed(faces: &Triangulation, united: &[Bitfield], direction: DVec3, seen: &[[u32; 2]]) -> u64 {
+    let face = (0..united.len() as u32).find(|face| faces.contains(*face, direction));
+    let face = &united[face.expect("faces tile the sphere") as usize];
+    let hidden = seen.iter().filter(|[id, _]| !face.contains(*id));
+    hidden.map(|[_, pixels]| u64::from(*pixels)).sum()
+}

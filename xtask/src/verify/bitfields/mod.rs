@@ -1,0 +1,286 @@
+//! Whether ID-bitfields draw all that is seen: file, views, plot, report.
+
+mod curves;
+mod look;
+mod original;
+mod page;
+
+use super::html::PromisedRow;
+use super::report::{self, BitfieldsFigures, VerifyReport};
+use super::subject::require_same_box;
+use super::{Left, VerifyOptions, leave, tell_certificate, write_pictures};
+use crate::bake::cost_of_a_face;
+use crate::console::Console;
+use crate::drawn::{self, flattened};
+use crate::opened;
+use crate::orbit::Orbit;
+use crate::view_cell::represented_box;
+use anyhow::{Context, Result, bail};
+use farfield_bitfields::{FaceRanges, Lookup, Triangulation};
+use farfield_bundle::{
+    Channels, FACES_FILE, FaceLists, GLTF_FILE, MANIFEST_FILE, Manifest, ProvedBound, ViewSpace,
+    read_faces,
+};
+use farfield_sampling::Textures;
+use farfield_scene::Scene;
+use glam::DVec3;
+use look::{Looked, Sides};
+
+/// Compares what a bundle of bitfields draws with its original, as [`verify`](super::verify) does.
+pub(super) fn verify(
+    options: &VerifyOptions,
+    manifest: &Manifest,
+    original: Scene,
+    console: &Console,
+) -> Result<VerifyReport> {
+    let dir = &options.dir;
+    let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
+    let in_gltf = || dir.join(GLTF_FILE).display().to_string();
+    let lists = read_faces(dir, manifest)?;
+    let lookup = lookup(&lists).with_context(|| dir.join(FACES_FILE).display().to_string())?;
+    let impostor = &manifest.impostors[0];
+    let represented = represented_box(&original).with_context(in_manifest)?;
+    require_same_box(impostor.represented, represented).with_context(in_manifest)?;
+    let orbit = orbit(manifest, represented).with_context(in_manifest)?;
+    let before = farfield_bundle::cost(&original);
+    let original = flattened(&original, &impostor.name, represented).with_context(in_manifest)?;
+    let display = opened::display(dir, manifest)?;
+    let same = console
+        .stage("compare geometry", || {
+            original::compare(&original, &display, &lists.parts)
+        })
+        .with_context(in_gltf)?;
+    let earlier = tell_certificate(dir, manifest, console)?;
+
+    let textures = [&original, &display].map(Textures::new);
+    let sides = Sides::new(
+        &original,
+        &display,
+        &textures,
+        &same.places,
+        &lookup,
+        &orbit,
+    );
+    let mut looked = look_at_all(&sides, options, console);
+    let mut report = report::summarise(
+        &std::mem::take(&mut looked.totals),
+        Vec::new(),
+        Channels::Lit,
+        proved(&same.faults),
+        super::CostOfBoth {
+            original: before,
+            impostor: cost_of_a_face(&display, lookup.lists()),
+        },
+    );
+    let whole = options.views.start == 0;
+    let mut figures = looked.figures();
+    if whole {
+        figures.over_samples = console.stage("samples", || {
+            curves::over_samples(&original, &textures[0], &orbit)
+        });
+    }
+    report.worst_view = looked.worst.first().map_or(0, |seen| seen.view);
+    report.worst_views = looked.worst.iter().map(|seen| seen.view).collect();
+    let (row, broken) = judged(manifest, &looked, &figures);
+    report.broken = broken.into_iter().chain(same.faults).collect();
+    if report.covered_pixels == 0 {
+        let blind = "no viewpoint sees anything of the original: nothing was compared";
+        report.broken.push(blind.into());
+    }
+    report.holds = report.broken.is_empty();
+    report.bitfields = Some(figures);
+
+    let folder = dir.join("report");
+    let pictures: Vec<_> = looked
+        .worst
+        .iter()
+        .map(|seen| sides.pictures(seen))
+        .collect();
+    let files = pictures.iter().flat_map(|one| one.files());
+    write_pictures(&folder, whole, files)?;
+    let rows = rows(row, &report);
+    print(&rows, &report, &looked, console);
+    if whole {
+        let page = page::page(&page::Sources {
+            dir,
+            command: super::command(options),
+            manifest,
+            lists: &lists,
+            report: &report,
+            rows,
+            worst: &looked.worst,
+            pictures: &pictures,
+        });
+        let left = Left {
+            page: page.context("report.html")?,
+            report: &report,
+            sampled: &SAMPLED,
+            earlier,
+        };
+        leave(dir, manifest, left, console)?;
+    } else {
+        console.say(format_args!("  pictures in {}", folder.display()));
+    }
+    Ok(report)
+}
+
+/// The lists of a file, to be looked up.
+///
+/// # Errors
+///
+/// When the faces are not those that the viewpoints have.
+fn lookup(lists: &FaceLists) -> Result<Lookup> {
+    let faces = Triangulation::new(&lists.viewpoints, DVec3::ZERO)?;
+    let expected = faces.faces().iter().map(|face| face.corners);
+    if !lists.faces.iter().map(|face| face.corners).eq(expected) {
+        bail!("faces are not the convex hull of the viewpoints; bake the bundle again");
+    }
+    let ranges = lists.faces.iter().map(|face| {
+        let ranges = face.draw.iter().map(|[first, end]| *first..*end);
+        ranges.collect()
+    });
+    Ok(Lookup::new(faces, FaceRanges::from_lists(ranges)))
+}
+
+/// From where a manifest says that its scene is seen.
+fn orbit(manifest: &Manifest, represented: [DVec3; 2]) -> Result<Orbit> {
+    let options = &manifest.options;
+    let ViewSpace::Shell { center, near, far } = options.view_space else {
+        bail!("options.view_space is no shell, which bitfields are seen from: bake again");
+    };
+    let fov = options.fov_degrees.to_radians();
+    let orbit = Orbit::new(represented, Some([near, far]), fov, options.resolution)?;
+    let digits = 1e-9 * represented[0].abs().max(represented[1].abs()).max_element();
+    if !center.abs_diff_eq(orbit.center, digits) {
+        bail!(
+            "options.view_space.center is {center}, but the centre of the original is {}: bake again",
+            orbit.center
+        );
+    }
+    Ok(Orbit { center, ..orbit })
+}
+
+/// Views that are looked at before their figures are added up: bounds memory.
+const CHUNK: u64 = 256;
+
+fn look_at_all(sides: &Sides<'_>, options: &VerifyOptions, console: &Console) -> Looked {
+    let views = options.views.clone();
+    let bar = console.bar("look", views.end - views.start);
+    let mut looked = Looked::of(sides.triangles());
+    for start in views.clone().step_by(CHUNK as usize) {
+        let chunk = start..(start + CHUNK).min(views.end);
+        for seen in sides.look(chunk, || bar.inc(1)) {
+            looked.add(seen);
+        }
+    }
+    bar.finish_and_clear();
+    looked
+}
+
+fn proved(faults: &[String]) -> Vec<ProvedBound> {
+    vec![ProvedBound {
+        statement:
+            "The file's triangles, their materials and textures are those of the original: so \
+                    many differ in something."
+                .into(),
+        bound: faults.len() as f64,
+        limit: 0.0,
+    }]
+}
+
+/// What is promised of missed pixels beside what was measured; and a sentence where it is broken.
+fn judged(
+    manifest: &Manifest,
+    looked: &Looked,
+    figures: &BitfieldsFigures,
+) -> (PromisedRow, Option<String>) {
+    let most = manifest.promise.missed_pixels.unwrap_or(0);
+    let share = manifest.promise.missed_share.unwrap_or(1.0);
+    let measured = looked.missed_at(share);
+    let kept = measured <= most;
+    let views = match share {
+        1.0 => "any view".to_owned(),
+        share => format!("{:.0} % of the views", share * 100.0),
+    };
+    let broken = (!kept).then(|| {
+        format!(
+            "{} of {} views miss more than {most} pixels, promised of {views}: the worst {}, {}",
+            looked.missing_more_than(most),
+            looked.missed.len(),
+            figures.missed_pixels_worst,
+            super::promise::places(&figures.missed)
+        )
+    });
+    let row = PromisedRow {
+        name: "missed pixels of a view",
+        measured: measured.to_string(),
+        promised: format!("at most {most} in {views}"),
+        is_judged: true,
+        kept,
+    };
+    (row, broken)
+}
+
+fn rows(promised: PromisedRow, report: &VerifyReport) -> Vec<PromisedRow> {
+    let figures = report.bitfields.as_ref().expect("it was just measured");
+    let told = |name, measured: String| PromisedRow {
+        name,
+        measured,
+        promised: String::new(),
+        is_judged: false,
+        kept: true,
+    };
+    let percent = |share: f64| format!("{:.1} %", share * 100.0);
+    let mut rows = vec![
+        promised,
+        told(
+            "views that miss something",
+            figures.missing_views.to_string(),
+        ),
+        told(
+            "missed pixels, worst view",
+            figures.missed_pixels_worst.to_string(),
+        ),
+        told("wrong pixels, all views", figures.wrong_pixels.to_string()),
+        told("gap pixels, all views", report.gap_pixels.to_string()),
+        told("triangles culled, mean", percent(figures.culled)),
+        told("triangles culled, least", percent(figures.culled_least)),
+    ];
+    let others = [
+        (
+            "mean FLIP",
+            report.flip_mean.map(|flip| format!("{flip:.4}")),
+        ),
+        ("PSNR, dB", report.psnr_db.map(|psnr| format!("{psnr:.2}"))),
+    ];
+    let others = others.into_iter();
+    rows.extend(others.filter_map(|(name, measured)| Some(told(name, measured?))));
+    rows
+}
+
+fn print(rows: &[PromisedRow], report: &VerifyReport, looked: &Looked, console: &Console) {
+    super::table::print_rows(rows, report.views, console);
+    if let Some(worst) = looked.worst.first() {
+        let [x, y, z] = worst.camera.pose.eye.to_array();
+        console.say(format_args!(
+            "\n  worst: view {} from ({x:.4}, {y:.4}, {z:.4}): {} missed pixels, {} wrong pixels",
+            worst.view,
+            worst.missed.len(),
+            worst.wrong
+        ));
+    }
+    super::table::print_verdict(report, console);
+}
+
+const SAMPLED: [&str; 3] = [
+    "Missed pixels: those that show a triangle which is not drawn, at every pixel of every viewpoint.",
+    "Wrong pixels: those that have another colour than the original.",
+    "Culling: the share of the triangles that is not drawn for each viewpoint.",
+];
+
+/// What of a scene hides what is behind it.
+fn solid_of(scene: &Scene) -> Scene {
+    let mut solid = drawn::without_images(scene);
+    drawn::draw_only(&mut solid, drawn::solid(scene).into_iter());
+    solid
+}
