@@ -4,7 +4,7 @@ use crate::console::Console;
 use crate::parts::keep_represented;
 use crate::{bake, source};
 use anyhow::{Context, Result, bail};
-use farfield_bundle::{GLTF_FILE, MANIFEST_FILE, Manifest, ViewSpace};
+use farfield_bundle::{Channels, GLTF_FILE, MANIFEST_FILE, Manifest, ViewSpace};
 use farfield_scene::Scene;
 use std::path::Path;
 
@@ -17,40 +17,45 @@ pub(crate) fn manifest(dir: &Path, console: &Console) -> Result<Manifest> {
     Ok(console.stage("read bundle", || farfield_bundle::read(dir))?)
 }
 
-/// The original that the bundle in `dir` was baked from, less what was excluded.
+/// The original of the bundle in `dir`.
 ///
 /// * `instead` - where it is no longer where it was baked from
 ///
 /// # Errors
 ///
-/// When it is not there or not the one that was baked.
+/// When the original is not there or not the one that was baked.
 pub(crate) fn whole_original(
     manifest: &Manifest,
     dir: &Path,
     instead: Option<&Path>,
     console: &Console,
 ) -> Result<Scene> {
-    let load = || source::load_again(manifest, dir, instead);
-    Ok(console.stage("read original", load)?.scene)
+    let loaded = console.stage("read original", || {
+        source::load_again(manifest, dir, instead)
+    })?;
+    Ok(loaded.scene)
 }
 
-/// What of the original the impostors stand for, with the light that their pages were recorded under.
+/// What of the original the impostors of the bundle in `dir` stand for, with the light that its pages
+/// were recorded under.
+///
+/// * `instead` - where it is no longer where it was baked from
+/// * `channels` - what the pages hold
 ///
 /// # Errors
 ///
-/// As for [`whole_original`], and when the manifest names other objects than are far from the cell.
+/// When the original is not there or not the one that was baked.
 pub(crate) fn original(
     manifest: &Manifest,
     dir: &Path,
     instead: Option<&Path>,
+    channels: Channels,
     console: &Console,
 ) -> Result<Scene> {
     let mut scene = whole_original(manifest, dir, instead, console)?;
     let kept = keep_represented(&mut scene, &manifest.options.view_space);
     require_all_objects(manifest, &kept).with_context(|| in_manifest(dir))?;
-    if let Some(channels) = manifest.technique.channels() {
-        bake::channels::prepare(&mut scene, channels);
-    }
+    bake::channels::prepare(&mut scene, channels);
     Ok(scene)
 }
 

@@ -116,32 +116,6 @@ fn failed_work_is_status_1_with_one_message() {
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// What there is to look at a bundle with is named; what is no bundle is refused before a page is built.
-#[test]
-fn view_says_what_to_do() {
-    let folder = tempfile::tempdir().unwrap();
-    let look = |arguments: &[&str], message: &str| {
-        let output = xtask(arguments, folder.path());
-        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-        assert!(stderr(&output).contains(message), "{}", stderr(&output));
-        assert!(output.stdout.is_empty());
-    };
-    look(&["view", "house"], "cargo xtask view house --web");
-    let verified = xtask(&["verify", "house"], folder.path());
-    let text = stderr(&verified);
-    let error = text
-        .lines()
-        .find(|line| line.starts_with("error: "))
-        .unwrap();
-    look(&["view", "house", "--web"], error);
-    look(&["view", "house", "--web", "--export", "page"], error);
-    look(
-        &["view", "house", "--web", "--export", "house/page"],
-        "cannot lie in each other",
-    );
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-}
-
 /// Of bitfields too, with fields of their own.
 #[test]
 fn bitfields_report_as_promised() {
@@ -234,6 +208,32 @@ fn options_of_other_techniques_are_refused() {
         assert_eq!(text.lines().count(), 1, "{text}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
+}
+
+/// What there is to look at a bundle with is named; what is no bundle is refused before a page is built.
+#[test]
+fn view_says_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let look = |arguments: &[&str], message: &str| {
+        let output = xtask(arguments, folder.path());
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains(message), "{}", stderr(&output));
+        assert!(output.stdout.is_empty());
+    };
+    look(&["view", "house"], "cargo xtask view house --web");
+    let verified = xtask(&["verify", "house"], folder.path());
+    let text = stderr(&verified);
+    let error = text
+        .lines()
+        .find(|line| line.starts_with("error: "))
+        .unwrap();
+    look(&["view", "house", "--web"], error);
+    look(&["view", "house", "--web", "--export", "page"], error);
+    look(
+        &["view", "house", "--web", "--export", "house/page"],
+        "cannot lie in each other",
+    );
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]

@@ -82,7 +82,7 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
         let original = opened::whole_original(&manifest, dir, scene, console)?;
         return bitfields::verify(options, &manifest, original, console);
     };
-    let original = opened::original(&manifest, dir, scene, console)?;
+    let original = opened::original(&manifest, dir, scene, channels, console)?;
     let display = opened::display(dir, &manifest)?;
     let space = &manifest.options.view_space;
     let in_manifest = || opened::in_manifest(dir);

@@ -133,8 +133,10 @@ pub(super) fn data(
 /// at.
 fn sight(manifest: &Manifest, impostor: &Impostor, index: u64) -> Result<[DVec3; 2]> {
     let cell = manifest.options.view_space.cell(impostor.side);
-    let layers = impostor.body.layers();
-    let layers = layers.with_context(|| format!("{} has no layers", impostor.name))?;
+    let layers = impostor
+        .body
+        .layers()
+        .context("an impostor without layers")?;
     let eye = viewpoints::eye(layers.pose.eye, &cell, index);
     let (hull, aim) = parts::stated(manifest, impostor);
     let target = match aim {

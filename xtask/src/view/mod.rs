@@ -47,17 +47,18 @@ const ORIGINAL: &str = "original/scene.glb";
 ///
 /// # Errors
 ///
-/// When the bundle is damaged, says what cannot be or holds bitfields, or the original is not the one that
-/// was baked.
+/// When the bundle is damaged or says what cannot be, or the original is not the one that was baked.
 pub fn page_content(options: &ViewOptions, console: &Console) -> Result<Vec<NewFile>> {
     let dir = &options.dir;
     let manifest = opened::manifest(dir, console)?;
-    if manifest.technique.channels().is_none() {
+    let Some(channels) = manifest.technique.channels() else {
         bail!(
-            "{}: a page shows layers and meshes, not what bitfields cull; look at the bundle's report.html",
-            dir.display()
+            "{}: bundles of {} are not shown as pages; any glTF viewer shows the whole model in {}",
+            dir.display(),
+            manifest.technique.name(),
+            farfield_bundle::GLTF_FILE
         );
-    }
+    };
     let moved = source::moved(&manifest, dir).filter(|_| options.scene.is_none());
     let original = match &moved {
         Some(why) => {
@@ -68,6 +69,7 @@ pub fn page_content(options: &ViewOptions, console: &Console) -> Result<Vec<NewF
             &manifest,
             dir,
             options.scene.as_deref(),
+            channels,
             console,
         )?),
     };
