@@ -80,6 +80,7 @@ pub(super) fn verify(
         });
     }
     report.worst_view = looked.worst.first().map_or(0, |seen| seen.view);
+    report.worst_views = looked.worst.iter().map(|seen| seen.view).collect();
     let (row, broken) = judged(manifest, &looked, &figures);
     report.broken = broken.into_iter().chain(same.faults).collect();
     if report.covered_pixels == 0 {
