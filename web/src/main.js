@@ -225,7 +225,8 @@ function start({ data, manifest, sides }) {
   }
 
   addEventListener('resize', resize);
-  addEventListener('hashchange', () => follow(location.hash));
+  // Not `location.hash`: the panel may have written the old state there since.
+  addEventListener('hashchange', (event) => follow(new URL(event.newURL).hash));
   addEventListener('blur', () => held.clear());
   addEventListener('keyup', (event) => held.delete(event.code));
   addEventListener('keydown', (event) => {
