@@ -4,6 +4,7 @@ use crate::models;
 use crate::numbered::{Numbered, counted};
 use farfield_bitfields::{
     Bitfield, CellGrid, CellSettings, FaceRanges, PatchSettings, cell_patches, cell_set, cube_map,
+    missed_pixels,
 };
 use farfield_sampling::{Textures, Tracer};
 use farfield_views::{ViewCell, lattice_viewpoints, low_discrepancy_point};
@@ -182,12 +183,9 @@ fn row(place: &Place<'_>, side: f64) {
     let others: Vec<DVec3> = others.collect();
     let views = place.look(&others);
     let missed = |set: &Bitfield| {
-        let missed = views.iter().map(|shown| {
-            let hidden = shown.iter().filter(|[id, _]| !set.contains(*id));
-            hidden.map(|[_, pixels]| pixels).sum::<u32>()
-        });
-        let missed: Vec<u32> = missed.collect();
-        let mean = f64::from(missed.iter().sum::<u32>()) / missed.len() as f64;
+        let missed = views.iter().map(|shown| missed_pixels(shown, set));
+        let missed: Vec<u64> = missed.collect();
+        let mean = missed.iter().sum::<u64>() as f64 / missed.len() as f64;
         format!(
             "{mean:.1} | {}",
             missed.iter().max().expect("there are views")

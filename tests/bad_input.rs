@@ -2,8 +2,8 @@
 
 use crate::deadline::must_end;
 use crate::setup::{contents, options, options_in_cell, skipped};
-use farfield_scene::{Material, Mesh, Object, Scene};
-use glam::{DAffine3, Vec2, Vec3, Vec4};
+use crate::shapes;
+use glam::Vec3;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -92,27 +92,7 @@ fn a_cell_inside_the_scene_is_refused_with_the_objects_in_the_way() {
 
 /// A scene file of one triangle, single-sided.
 fn triangle_file(corners: [Vec3; 3]) -> Vec<u8> {
-    let [a, b, c] = corners;
-    let scene = Scene {
-        positions: corners.into(),
-        normals: vec![(b - a).cross(c - a).normalize(); 3],
-        uvs: vec![Vec2::ZERO; 3],
-        colors: vec![Vec4::ONE; 3],
-        triangles: vec![[0, 1, 2]],
-        triangle_materials: vec![0],
-        materials: vec![Material::default()],
-        meshes: vec![Mesh {
-            vertices: 0..3,
-            triangles: 0..1,
-        }],
-        objects: vec![Object {
-            name: "triangle".into(),
-            mesh: 0,
-            world_from_mesh: DAffine3::IDENTITY,
-        }],
-        ..Scene::default()
-    };
-    farfield_bundle::glb_from_scene(&scene, &[]).unwrap()
+    farfield_bundle::glb_from_scene(&shapes::triangle(corners), &[]).unwrap()
 }
 
 #[test]

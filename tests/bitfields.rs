@@ -1,12 +1,13 @@
 //! ID-bitfields end to end: what is baked draws all that is seen, and what is damaged is found.
 
 use crate::setup::{contents, model, verified, write_glb};
+use crate::shapes;
 use farfield_bundle::{
     BitfieldsBody, Body, CERTIFICATE_FILE, FACES_FILE, FaceLists, GLTF_FILE, MANIFEST_FILE,
     Manifest, NewFile, encode_png, glb_from_scene, read_faces,
 };
-use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
-use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use farfield_scene::{AlphaMode, Filter, Image, Material, Object, Scene, Texture, Wrap};
+use glam::{DAffine3, DVec3, Vec3, Vec4};
 use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::{
@@ -88,33 +89,7 @@ fn boxes() -> Scene {
 
 /// A box with sides along the axes, an object of its own.
 fn add_box(scene: &mut Scene, center: Vec3, size: Vec3, material: u32) {
-    let (first, triangles) = (scene.positions.len() as u32, scene.triangles.len() as u32);
-    for axis in 0..3 {
-        for side in [-1.0, 1.0] {
-            // Counter-clockwise seen from outside.
-            let (u, v) = (
-                Vec3::AXES[(axis + 1) % 3],
-                side * Vec3::AXES[(axis + 2) % 3],
-            );
-            let normal = side * Vec3::AXES[axis];
-            let corner = scene.positions.len() as u32;
-            for (a, b) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)] {
-                scene.positions.push((normal * 0.5 + u * a + v * b) * size);
-                scene.normals.push(normal);
-                scene.uvs.push(Vec2::new(a, b) * 8.0);
-                scene.colors.push(Vec4::ONE);
-            }
-            let both = [[0, 1, 2], [0, 2, 3]];
-            scene.triangles.extend(both.map(|t| t.map(|i| corner + i)));
-        }
-    }
-    scene
-        .triangle_materials
-        .resize(scene.triangles.len(), material);
-    scene.meshes.push(Mesh {
-        vertices: first..scene.positions.len() as u32,
-        triangles: triangles..scene.triangles.len() as u32,
-    });
+    shapes::add_box(scene, Vec3::ZERO, size, material);
     scene.objects.push(Object {
         name: format!("box {}", scene.objects.len()),
         mesh: scene.meshes.len() as u32 - 1,
@@ -324,25 +299,7 @@ fn listed_viewpoints_are_the_samples() {
 /// One triangle, seen from one side: half of the faces draw nothing.
 #[test]
 fn one_triangle_is_enough() {
-    let mut scene = Scene {
-        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-        normals: vec![Vec3::Z; 3],
-        uvs: vec![Vec2::ZERO; 3],
-        colors: vec![Vec4::ONE; 3],
-        triangles: vec![[0, 1, 2]],
-        triangle_materials: vec![0],
-        meshes: vec![Mesh {
-            vertices: 0..3,
-            triangles: 0..1,
-        }],
-        objects: vec![Object {
-            name: "triangle".into(),
-            mesh: 0,
-            world_from_mesh: DAffine3::IDENTITY,
-        }],
-        materials: vec![Material::default()],
-        ..Scene::default()
-    };
+    let mut scene = shapes::triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
     let baked = Baked::of(&scene, |_| {});
     let lists = baked.lists();
     assert!(lists.faces.iter().any(|face| face.draw.is_empty()));

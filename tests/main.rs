@@ -19,6 +19,7 @@ mod occlusion;
 mod outliers;
 mod sabotage;
 mod setup;
+mod shapes;
 mod sides;
 mod tdm;
 mod town;

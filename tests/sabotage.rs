@@ -3,6 +3,7 @@
 //! A bundle that was damaged has its checksums computed anew, so that only what it shows can tell.
 
 use crate::setup::{options, verified};
+use crate::shapes;
 use farfield_atlas::pack;
 use farfield_bundle::{
     CERTIFICATE_FILE, CertificateState, GLTF_FILE, LayeredBody, Manifest, NewFile, Promise,
@@ -10,9 +11,9 @@ use farfield_bundle::{
 };
 use farfield_grid::Grid;
 use farfield_pages::{GUTTER, Patch, blank_page, compose_layer, patches_of, quad_scene};
-use farfield_scene::{AlphaMode, Image, Material, Mesh, Object, Scene};
+use farfield_scene::{AlphaMode, Image, Material, Object, Scene};
 use farfield_views::{Camera, ViewCell};
-use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DVec2, DVec3, Vec3, Vec4};
 use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use std::fs;
@@ -63,42 +64,13 @@ fn slabs() -> Scene {
 
 /// A box with sides along the axes, of one colour whatever the light.
 fn add_box(scene: &mut Scene, center: Vec3, size: Vec3, base_color: Vec4) {
-    let (first, triangles) = (scene.positions.len() as u32, scene.triangles.len() as u32);
     let material = scene.materials.len() as u32;
-    for axis in 0..3 {
-        for side in [-1.0, 1.0] {
-            // Counter-clockwise seen from outside.
-            let (u, v) = (
-                Vec3::AXES[(axis + 1) % 3],
-                side * Vec3::AXES[(axis + 2) % 3],
-            );
-            let normal = side * Vec3::AXES[axis];
-            let corner = scene.positions.len() as u32;
-            for (a, b) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)] {
-                scene
-                    .positions
-                    .push(center + (normal * 0.5 + u * a + v * b) * size);
-                scene.normals.push(normal);
-                scene.uvs.push(Vec2::ZERO);
-                scene.colors.push(Vec4::ONE);
-            }
-            scene
-                .triangles
-                .extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|i| corner + i)));
-        }
-    }
-    scene
-        .triangle_materials
-        .resize(scene.triangles.len(), material);
+    shapes::add_box(scene, center, size, material);
     scene.materials.push(Material {
         base_color,
         metallic: 0.0,
         unlit: true,
         ..Material::default()
-    });
-    scene.meshes.push(Mesh {
-        vertices: first..scene.positions.len() as u32,
-        triangles: triangles..scene.triangles.len() as u32,
     });
     scene.objects.push(Object {
         name: format!("slab {material}"),

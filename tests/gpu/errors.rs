@@ -2,6 +2,7 @@
 
 use crate::setup::{cameras, gpu};
 use farfield_gpu::{Display, GpuError, GpuScene, IdBuffers, wgpu};
+use farfield_grid::Grid;
 use farfield_scene::{Image, Scene};
 use farfield_views::Camera;
 
@@ -126,25 +127,8 @@ fn nothing_is_seen_of_an_empty_scene() {
     let seen = ids
         .see(&gpu, &uploaded, &uploaded.all(), &[camera])
         .unwrap();
-    assert!(
-        seen[0]
-            .objects
-            .cells()
-            .iter()
-            .all(|id| *id == farfield_gpu::NONE)
-    );
-    assert!(
-        seen[0]
-            .triangles
-            .cells()
-            .iter()
-            .all(|id| *id == farfield_gpu::NONE)
-    );
-    assert!(
-        seen[0]
-            .depth
-            .cells()
-            .iter()
-            .all(|depth| *depth == f32::INFINITY)
-    );
+    let nothing = |ids: &Grid<u32>| ids.cells().iter().all(|id| *id == farfield_gpu::NONE);
+    assert!(nothing(&seen[0].objects) && nothing(&seen[0].triangles));
+    let depths = seen[0].depth.cells();
+    assert!(depths.iter().all(|depth| *depth == f32::INFINITY));
 }

@@ -4,14 +4,16 @@
 import * as THREE from 'three';
 import { weighted } from './levels.js';
 
-const VERTEX = `
+const VARYINGS = `
 varying vec2 at;
 varying vec3 normalInWorld;
 varying vec3 pointInView;
 #ifdef USE_COLOR_ALPHA
 varying vec4 tint;
 #endif
-void main() {
+`;
+
+const VERTEX = `${VARYINGS}void main() {
   at = uv;
 #ifdef USE_COLOR_ALPHA
   tint = color;
@@ -38,13 +40,7 @@ uniform sampler2D bumpMap;
 #ifdef HAS_EMISSIVE_MAP
 uniform sampler2D glowMap;
 #endif
-varying vec2 at;
-varying vec3 normalInWorld;
-varying vec3 pointInView;
-#ifdef USE_COLOR_ALPHA
-varying vec4 tint;
-#endif
-
+${VARYINGS}
 vec3 srgb(vec3 c) {
   c = clamp(c, 0.0, 1.0);
   return mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));

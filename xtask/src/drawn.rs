@@ -52,9 +52,13 @@ pub(crate) fn blended(scene: &Scene) -> Vec<Range<u32>> {
     of_materials(scene, |alpha| alpha == AlphaMode::Blend)
 }
 
-/// The triangles of all other materials.
-pub(crate) fn solid(scene: &Scene) -> Vec<Range<u32>> {
-    of_materials(scene, |alpha| alpha != AlphaMode::Blend)
+/// The triangles of all other materials, which hide what is behind them: a scene of them only, without
+/// images.
+pub(crate) fn solid(scene: &Scene) -> Scene {
+    let mut solid = without_images(scene);
+    let ranges = of_materials(scene, |alpha| alpha != AlphaMode::Blend);
+    draw_only(&mut solid, ranges.into_iter());
+    solid
 }
 
 fn of_materials(scene: &Scene, is_one: impl Fn(AlphaMode) -> bool) -> Vec<Range<u32>> {

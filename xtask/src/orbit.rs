@@ -3,9 +3,8 @@
 use anyhow::{Result, bail};
 use farfield_bitfields::Distances;
 use farfield_bundle::ViewSpace;
-use farfield_views::{Camera, Extent, Pose, low_discrepancy_point};
+use farfield_views::{Camera, Extent, Pose, direction_at, low_discrepancy_point};
 use glam::DVec3;
-use std::f64::consts::TAU;
 
 /// How near viewers may be, in radii of the scene. Nearer ones look at it from the side or from
 /// within: pictures that hold all of it become too large.
@@ -170,11 +169,7 @@ impl Orbit {
     /// each seed. Directions are those that adaptive sampling looks from with the same seed.
     pub(crate) fn view(&self, index: u64, seed: u64) -> Camera {
         let point = low_discrepancy_point(index, seed);
-        let y = 1.0 - 2.0 * point.x;
-        let radius = (1.0 - y * y).max(0.0).sqrt();
-        let (sin, cos) = (TAU * point.y).sin_cos();
-        let direction = DVec3::new(radius * cos, y, radius * sin);
-        self.camera(direction * self.distance_of(point.z))
+        self.camera(direction_at(point.truncate()) * self.distance_of(point.z))
     }
 
     /// The distance for a number from 0 to 1, at either end of the range more often than in it.

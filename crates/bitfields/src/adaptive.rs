@@ -3,10 +3,9 @@
 use crate::directions::circumcenter;
 use crate::held_back::{missed_pixels, until_clean};
 use crate::{Bitfield, Distances, Round, Samples, Triangulation, TriangulationError, face_sets};
-use farfield_views::low_discrepancy_point;
+use farfield_views::{direction_at, low_discrepancy_point};
 use glam::DVec3;
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 
 /// Closer to a corner of its face than this, in radians, a missed view does not become a viewpoint
 /// of its own: the corner sees the same from there.
@@ -217,10 +216,7 @@ fn disagreement(faces: &Triangulation, sets: &[Bitfield], face: u32) -> u32 {
 /// View `index` of a sequence that fills directions and distances evenly, from the centre.
 fn view_offset(index: u64, distances: &Distances, seed: u64) -> DVec3 {
     let point = low_discrepancy_point(index, seed);
-    let y = 1.0 - 2.0 * point.x;
-    let radius = (1.0 - y * y).max(0.0).sqrt();
-    let (sin, cos) = (TAU * point.y).sin_cos();
-    DVec3::new(radius * cos, y, radius * sin) * distances.at(point.z)
+    direction_at(point.truncate()) * distances.at(point.z)
 }
 
 #[cfg(test)]

@@ -76,7 +76,9 @@ pub(crate) fn until_clean<E>(
 }
 
 /// Pixels that show a primitive which a set lacks.
-pub(crate) fn missed_pixels(shown: &[[u32; 2]], set: &Bitfield) -> u64 {
+///
+/// * `shown` - primitives, each with its number of pixels
+pub fn missed_pixels(shown: &[[u32; 2]], set: &Bitfield) -> u64 {
     let missed = shown.iter().filter(|[id, _]| !set.contains(*id));
     missed.map(|[_, pixels]| u64::from(*pixels)).sum()
 }

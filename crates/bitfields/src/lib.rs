@@ -31,7 +31,7 @@ pub use directions::{even_directions, widest_gap};
 pub use distances::Distances;
 pub use faces::{FaceRanges, Samples, culled_share, face_sets};
 pub use grid::CellGrid;
-pub use held_back::Round;
+pub use held_back::{Round, missed_pixels};
 pub use lookup::Lookup;
 pub use merged::{merge_directions, unite_merged};
 pub use parts::patches_in_parts;

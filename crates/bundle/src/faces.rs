@@ -275,6 +275,7 @@ pub fn read_faces(dir: &Path, manifest: &Manifest) -> Result<FaceLists, BundleEr
 mod tests {
     use super::*;
     use crate::generate::check_schema;
+    use crate::generate::sample_bitfields_body;
 
     /// An octahedron whose faces draw ten of twenty triangles each, of two parts.
     fn lists() -> (FaceLists, BitfieldsBody) {
@@ -298,16 +299,7 @@ mod tests {
             parts: vec![0, 12, 20],
             faces: (0..8).map(face).collect(),
         };
-        let body = BitfieldsBody {
-            triangles: 20,
-            always_drawn: 0,
-            viewpoints: 6,
-            faces: 8,
-            ranges: 16,
-            most_ranges: 2,
-            culled: 0.5,
-        };
-        (lists, body)
+        (lists, sample_bitfields_body())
     }
 
     /// The text is JSON that gives the lists back.

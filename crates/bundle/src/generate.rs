@@ -306,16 +306,21 @@ pub(crate) fn sample_of_bitfields() -> Manifest {
             patch_triangles: 64,
             finer: 1.5,
         },
-        BitfieldsBody {
-            triangles: 20,
-            always_drawn: 0,
-            viewpoints: 6,
-            faces: 8,
-            ranges: 16,
-            most_ranges: 2,
-            culled: 0.5,
-        },
+        sample_bitfields_body(),
     )
+}
+
+/// What fits to the lists of an octahedron's faces, two ranges each.
+pub(crate) fn sample_bitfields_body() -> BitfieldsBody {
+    BitfieldsBody {
+        triangles: 20,
+        always_drawn: 0,
+        viewpoints: 6,
+        faces: 8,
+        ranges: 16,
+        most_ranges: 2,
+        culled: 0.5,
+    }
 }
 
 /// Manifests of layers that pass the check, as they are after writing a GLB file that is `x`.

@@ -20,20 +20,36 @@ use farfield_grid::Grid;
 pub fn gap_pixels(original: &Grid<u32>, impostor: &Grid<u32>, slack: u32) -> Vec<[u32; 2]> {
     let (width, height) = (original.width(), original.height());
     assert_eq!((impostor.width(), impostor.height()), (width, height));
-    let mut gaps = Vec::new();
+    // `NONE` is greater than any index.
+    let behind = greatest_of_nine(original, NONE, u32::max);
+    let pixels = behind.cells().iter().zip(impostor.cells()).enumerate();
+    let gaps = pixels.filter(|(_, (behind, seen))| {
+        **behind != NONE && (**seen == NONE || **seen > **behind + slack)
+    });
+    gaps.map(|(i, _)| [(i % width) as u32, (i / width) as u32])
+        .collect()
+}
+
+/// Of each pixel and the eight around it the greatest value.
+///
+/// * `outside` - for pixels at the picture's border, which lack neighbours
+/// * `max` - the greater of two values
+pub fn greatest_of_nine<T: Copy>(
+    picture: &Grid<T>,
+    outside: T,
+    max: impl Fn(T, T) -> T,
+) -> Grid<T> {
+    let (width, height) = (picture.width(), picture.height());
+    let mut greatest = Grid::filled(width, height, outside);
     for y in 1..height.saturating_sub(1) {
-        // Greatest of three rows, column by column; `NONE` is greater than any index.
-        let rows = [original.row(y - 1), original.row(y), original.row(y + 1)];
-        let greatest = |x: usize| rows[0][x].max(rows[1][x]).max(rows[2][x]);
-        for x in 1..width.saturating_sub(1) {
-            let behind = greatest(x - 1).max(greatest(x)).max(greatest(x + 1));
-            let seen = impostor.row(y)[x];
-            if behind != NONE && (seen == NONE || seen > behind + slack) {
-                gaps.push([x as u32, y as u32]);
-            }
+        let [above, here, below] = [y - 1, y, y + 1].map(|y| picture.row(y));
+        let column = |x: usize| max(max(above[x], here[x]), below[x]);
+        let inner = greatest.row_mut(y).iter_mut().enumerate().skip(1);
+        for (x, greatest) in inner.take(width.saturating_sub(2)) {
+            *greatest = max(max(column(x - 1), column(x)), column(x + 1));
         }
     }
-    gaps
+    greatest
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ pub use coverage::{Coverage, coverage, covered_in_any_sample, phantom_pixels};
 pub use distribution::Distribution;
 #[cfg(feature = "flip")]
 pub use flip::{FlipErrors, flip_errors};
-pub use gaps::gap_pixels;
+pub use gaps::{gap_pixels, greatest_of_nine};
 pub use layers::{LayersSeen, NONE, layer_indices};
 pub use parallax::{ParallaxErrors, RecordedFrom, mesh_parallax, parallax};
 pub use region::compared_region;

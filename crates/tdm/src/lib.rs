@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod charts;
+mod closing;
 mod coverage;
 mod faces;
 mod flaps;
@@ -15,8 +16,9 @@ mod testing;
 mod touch;
 
 pub use charts::{Chart, ChartTexel, charts};
+pub use closing::{shrunk, squares};
 pub use coverage::touched;
 pub use initial::initial_mesh;
-pub use mesh::{Cuboid, Mesh, VoxelLayers, pieces, squares};
+pub use mesh::{Cuboid, Mesh, VoxelLayers, pieces};
 pub use near::VoxelIndex;
 pub use simplify::{Simplified, simplify};

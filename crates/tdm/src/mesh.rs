@@ -2,7 +2,6 @@
 
 use farfield_grid::BitMask;
 use glam::Vec3;
-use std::collections::{BTreeMap, BTreeSet};
 
 /// The voxels that can be seen: texels of layers, front to back.
 ///
@@ -83,31 +82,6 @@ pub struct Mesh {
     /// Of each vertex whether the mesh must not shrink from it when it is simplified: true but on borders
     /// where the surface goes on unseen.
     pub held: Vec<bool>,
-}
-
-/// The squares of some voxels, in the middle of their layers, and their corners; those of neighbours in a
-/// layer share them. Together they close whatever the voxels do, as textured quads would.
-///
-/// * `chosen` - numbers of voxels
-pub fn squares(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    let mut first = 0;
-    for (l, layer) in voxels.layers.iter().enumerate() {
-        let end = first + layer.len() as u32;
-        let mut corners = BTreeMap::new();
-        for voxel in chosen.range(first..end) {
-            let [x, y] = layer[(voxel - first) as usize].map(u32::from);
-            let [a, b, c, d] = [[x, y], [x, y + 1], [x + 1, y + 1], [x + 1, y]].map(|[x, y]| {
-                *corners.entry([x, y]).or_insert_with(|| {
-                    positions.push(Vec3::new(x as f32, y as f32, voxels.middle(l)));
-                    positions.len() as u32 - 1
-                })
-            });
-            triangles.extend([[a, b, c], [a, c, d]]);
-        }
-        first = end;
-    }
-    (positions, triangles)
 }
 
 /// Number of pieces of a mesh that do not hang together over vertices.

@@ -10,4 +10,4 @@ pub use camera::{Camera, Extent};
 pub use cell::{ViewCell, lattice_viewpoints};
 pub use pose::Pose;
 pub use sequence::low_discrepancy_point;
-pub use sphere::sphere_direction;
+pub use sphere::{direction_at, sphere_direction};

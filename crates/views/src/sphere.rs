@@ -1,6 +1,6 @@
 //! Directions all around.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// Direction `index` of `count` that are spread evenly over the sphere, of length 1.
@@ -15,8 +15,18 @@ pub fn sphere_direction(index: u32, count: u32) -> DVec3 {
     assert!(index < count, "direction {index} of {count} does not exist");
     let y = 1.0 - (2.0 * f64::from(index) + 1.0) / f64::from(count);
     let golden_ratio = (1.0 + 5f64.sqrt()) / 2.0;
-    let (sin, cos) = (TAU * (f64::from(index) / golden_ratio).fract()).sin_cos();
-    let radius = (1.0 - y * y).sqrt();
+    on_sphere(y, (f64::from(index) / golden_ratio).fract())
+}
+
+/// The direction of two fractions of [0, 1], of length 1: equal areas of the square are equal areas of the
+/// sphere. The first is 0 at +Y and 1 at -Y, the second turns about Y.
+pub fn direction_at(fractions: DVec2) -> DVec3 {
+    on_sphere(1.0 - 2.0 * fractions.x, fractions.y)
+}
+
+fn on_sphere(y: f64, turn: f64) -> DVec3 {
+    let (sin, cos) = (TAU * turn).sin_cos();
+    let radius = (1.0 - y * y).max(0.0).sqrt();
     DVec3::new(radius * cos, y, radius * sin)
 }
 

@@ -2,6 +2,8 @@
 //! (O. Meruvia Pastor and T. Strothotte, Approximated View Reconstruction Using Precomputed
 //! ID-Bitfields; patches and adaptive samples go beyond it).
 
+use super::grouped::Grouped;
+use super::sampler::{Sampler, percentile};
 use super::samples::{self, SampleChoice};
 use super::{BakeReport, BitfieldsReport, ImpostorReport};
 use crate::console::{Console, peak_rss_bytes};
@@ -12,20 +14,18 @@ use crate::source::{self, Loaded, SceneChoice};
 use crate::view_cell::represented_box;
 use anyhow::{Context, Result, bail};
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Patches, Samples,
-    Triangulation, adapt, culled_share, face_sets, patches_in_parts, with_neighbors,
+    Adapted, AdaptiveSettings, Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation,
+    adapt, culled_share, face_sets, patches_in_parts,
 };
 use farfield_bundle::{
     BitfieldsBody, Body, Cost, FACES_FILE, FACES_FORMAT, FACES_VERSION, FORMAT, FaceLists,
     FaceRecord, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise, Statistics, Technique,
     VERSION, encode_png, glb_from_scene,
 };
-use farfield_sampling::{NONE, Textures};
+use farfield_sampling::Textures;
 use farfield_scene::Scene;
-use farfield_views::Camera;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -82,7 +82,7 @@ const FIRST_VIEWPOINTS: u32 = 25;
 const MOST_VIEWPOINTS: u32 = 55;
 
 /// So many times as many views as must miss nothing are looked at before it is given up: the bunny needs
-/// five times as many, an engine full of slits more than twenty, which takes a quarter of an hour.
+/// six times as many; an engine full of slits was not done after minutes.
 const PATIENCE: u32 = 8;
 
 /// Of so large a share of views a bundle with given samples promises that none misses more than it
@@ -214,184 +214,6 @@ fn place(options: &BitfieldsOptions, represented: [DVec3; 2]) -> Result<(Vec<DVe
             let least = NEAREST * any.radius;
             let (directions, range) = listed.directions(any.center, least)?;
             Ok((directions, orbit(options.distances.or(Some(range)))?))
-        }
-    }
-}
-
-/// Looks at a scene.
-pub(crate) struct Sampler<'a> {
-    /// What hides what is behind it.
-    solid: Scene,
-    textures: &'a Textures<'a>,
-    orbit: &'a Orbit,
-    triangles: u32,
-    /// What is seen from everywhere.
-    always: Vec<Range<u32>>,
-}
-
-impl<'a> Sampler<'a> {
-    pub(crate) fn new(scene: &Scene, textures: &'a Textures<'a>, orbit: &'a Orbit) -> Self {
-        let mut solid = drawn::without_images(scene);
-        drawn::draw_only(&mut solid, drawn::solid(scene).into_iter());
-        Self {
-            solid,
-            textures,
-            orbit,
-            triangles: scene.triangles.len() as u32,
-            always: drawn::blended(scene),
-        }
-    }
-
-    /// The triangles that can be seen from each offset from the centre.
-    pub(crate) fn sets(&self, offsets: &[DVec3]) -> Vec<Bitfield> {
-        self.seen_from(offsets, |set, _| set)
-    }
-
-    /// The same, and those that share a vertex with
-    /// one of them and face the viewer: at grazing angles and between pixels these are seen next.
-    fn grown_sets(&self, offsets: &[DVec3], welded: &[[u32; 3]]) -> Vec<Bitfield> {
-        self.seen_from(offsets, |set, offset| {
-            with_neighbors(&set, welded, |id| self.faces(id, offset))
-        })
-    }
-
-    /// Whether a triangle can be seen from a point, given from the centre, if nothing is before it.
-    fn faces(&self, triangle: u32, point: DVec3) -> bool {
-        let scene = &self.solid;
-        let material = scene.triangle_materials[triangle as usize];
-        let [a, b, c] = scene.triangles[triangle as usize]
-            .map(|vertex| scene.positions[vertex as usize].as_dvec3());
-        scene.materials[material as usize].double_sided || (b - a).cross(c - a).dot(point - a) > 0.0
-    }
-
-    fn seen_from(
-        &self,
-        offsets: &[DVec3],
-        grown: impl Fn(Bitfield, DVec3) -> Bitfield + Sync,
-    ) -> Vec<Bitfield> {
-        let set = |offset: &DVec3| {
-            let mut set = Bitfield::empty(self.triangles);
-            let camera = self.orbit.recorder(*offset, FINER);
-            drawn::ids(&self.solid, self.textures, &camera, |ids| {
-                set.union_with(&Bitfield::from_ids(self.triangles, ids));
-            });
-            let mut set = grown(set, *offset);
-            set.union_with(&Bitfield::from_ranges(self.triangles, &self.always));
-            set
-        };
-        offsets.par_iter().map(set).collect()
-    }
-
-    /// The patches that pictures from offsets from the centre show, each with its number of pixels.
-    fn pictures(&self, grouped: &Grouped, offsets: &[DVec3]) -> Vec<Vec<[u32; 2]>> {
-        let picture = |offset: &DVec3| {
-            let mut counts = vec![0; grouped.patches.count() as usize];
-            self.look(&self.orbit.camera(*offset), |id| {
-                counts[grouped.patch_of[id as usize] as usize] += 1;
-            });
-            let counts = (0..).zip(counts).filter(|(_, pixels)| *pixels > 0);
-            counts.map(|(patch, pixels)| [patch, pixels]).collect()
-        };
-        offsets.par_iter().map(picture).collect()
-    }
-
-    /// The triangles that a camera sees, each with its number of pixels, ascending.
-    pub(crate) fn counted(&self, camera: &Camera) -> Vec<[u32; 2]> {
-        let mut all = Vec::new();
-        self.look(camera, |id| all.push(id));
-        all.sort_unstable();
-        let runs = all.chunk_by(|a, b| a == b);
-        runs.map(|run| [run[0], run.len() as u32]).collect()
-    }
-
-    /// Names the triangle at each pixel that shows one.
-    fn look(&self, camera: &Camera, mut name: impl FnMut(u32)) {
-        let window = self.orbit.window(camera);
-        drawn::ids(&self.solid, self.textures, &window, |ids| {
-            ids.iter()
-                .copied()
-                .filter(|id| *id != NONE)
-                .for_each(&mut name);
-        });
-    }
-
-    /// How many pixels of views show what is not drawn for them, ascending.
-    fn missed(&self, lookup: &Lookup, grouped: &Grouped, views: u32, seed: u64) -> Vec<u64> {
-        let missed = |view: u64| -> u64 {
-            let camera = self.orbit.view(view, seed);
-            let ranges = lookup.ranges(camera.pose.eye - self.orbit.center);
-            let mut missed = 0;
-            self.look(&camera, |id| {
-                missed += u64::from(!is_in(ranges, grouped.places[id as usize]));
-            });
-            missed
-        };
-        let mut all: Vec<u64> = (0..u64::from(views)).into_par_iter().map(missed).collect();
-        all.sort_unstable();
-        all
-    }
-}
-
-/// Whether one of some ascending ranges holds a place.
-pub(crate) fn is_in(ranges: &[Range<u32>], place: u32) -> bool {
-    let at = ranges.partition_point(|range| range.end <= place);
-    ranges.get(at).is_some_and(|range| range.contains(&place))
-}
-
-/// The value that a share of ascending values do not exceed.
-pub(crate) fn percentile(ascending: &[u64], share: f64) -> u64 {
-    let at = (ascending.len() as f64 * share).ceil() as usize;
-    ascending.get(at.max(1) - 1).copied().unwrap_or(0)
-}
-
-/// Triangles in patches.
-struct Grouped {
-    patches: Patches,
-    /// The patch of each triangle.
-    patch_of: Vec<u32>,
-    /// The place of each triangle in the order of patches.
-    places: Vec<u32>,
-}
-
-impl Grouped {
-    fn new(patches: Patches) -> Self {
-        let mut patch_of = vec![0; patches.order.len()];
-        let mut places = vec![0; patches.order.len()];
-        for (patch, range) in (0..).zip(patches.starts.windows(2)) {
-            for place in range[0]..range[1] {
-                let id = patches.order[place as usize] as usize;
-                patch_of[id] = patch;
-                places[id] = place;
-            }
-        }
-        Self {
-            patches,
-            patch_of,
-            places,
-        }
-    }
-
-    /// The patches that hold a set of triangles.
-    fn holding(&self, set: &Bitfield) -> Bitfield {
-        let mut patches = Bitfield::empty(self.patches.count());
-        let mut last = u32::MAX;
-        for id in set.iter() {
-            let patch = self.patch_of[id as usize];
-            if patch != last {
-                patches.insert(patch);
-            }
-            last = patch;
-        }
-        patches
-    }
-
-    /// The scene with its triangles in the order of patches.
-    fn ordered(&self, scene: &Scene) -> Scene {
-        let order = self.patches.order.iter();
-        let triangles = order.map(|id| scene.triangles[*id as usize]);
-        Scene {
-            triangles: triangles.collect(),
-            ..scene.clone()
         }
     }
 }
@@ -648,18 +470,7 @@ fn bytes_of(files: &[NewFile], path: &str) -> u64 {
 fn summarise(manifest: &Manifest, lists: &FaceLists, files: &[NewFile], console: &Console) {
     let (body, promise) = (body_of(manifest), &manifest.promise);
     let Statistics { before, after, .. } = &manifest.statistics;
-    let row = |name: &str, of: fn(&Cost) -> u64| {
-        let (before, after) = (of(before), of(after));
-        console.say(format_args!("  {name:<16}{before:>14}{after:>14}"));
-    };
-    console.say(format_args!(
-        "\n  {:<16}{:>14}{:>14}",
-        "", "original", "a face, mean"
-    ));
-    row("triangles", |cost| cost.triangles);
-    row("draw calls", |cost| cost.draw_calls);
-    row("geometry bytes", |cost| cost.geometry_bytes);
-    row("texture bytes", |cost| cost.texture_bytes);
+    super::say_cost(before, after, "a face, mean", console);
     let drawn = (0..body.faces).map(|face| lists.drawn(face));
     console.say(format_args!(
         "\n  {:.1} % of the triangles culled, mean over {} faces between {} viewpoints; at most {} drawn, \

@@ -3,10 +3,12 @@
 pub mod auto;
 pub(crate) mod bitfields;
 pub(crate) mod channels;
+mod grouped;
 mod layered;
 mod limits;
 mod painter;
 pub mod recording;
+mod sampler;
 mod samples;
 mod sights;
 mod tdm;
@@ -20,8 +22,8 @@ use crate::source::{self, SceneChoice};
 use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow, bail};
+pub(crate) use bitfields::cost_of_a_face;
 pub use bitfields::{BitfieldsOptions, HELD_BACK, bake_bitfields};
-pub(crate) use bitfields::{Sampler, cost_of_a_face, is_in, percentile};
 use farfield_bundle::{
     Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
@@ -33,6 +35,7 @@ pub(crate) use layered::shown_from;
 pub use limits::Limits;
 use rayon::prelude::*;
 use recording::Settings;
+pub(crate) use sampler::{Sampler, is_in, percentile};
 pub use samples::SampleChoice;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -711,6 +714,22 @@ fn meshes(impostors: &[Impostor]) -> impl Iterator<Item = &TdmBody> {
     })
 }
 
+/// Tells what drawing the original and what replaces it takes.
+fn say_cost(before: &Cost, after: &Cost, replaced_by: &str, console: &Console) {
+    let row = |name: &str, of: fn(&Cost) -> u64| {
+        let (before, after) = (of(before), of(after));
+        console.say(format_args!("  {name:<16}{before:>14}{after:>14}"));
+    };
+    console.say(format_args!(
+        "\n  {:<16}{:>14}{replaced_by:>14}",
+        "", "original"
+    ));
+    row("triangles", |cost| cost.triangles);
+    row("draw calls", |cost| cost.draw_calls);
+    row("geometry bytes", |cost| cost.geometry_bytes);
+    row("texture bytes", |cost| cost.texture_bytes);
+}
+
 fn summarise(
     statistics: &Statistics,
     impostors: &[Impostor],
@@ -719,18 +738,7 @@ fn summarise(
 ) {
     let Statistics { before, after, .. } = statistics;
     let kept = statistics.texels_kept as f64 / statistics.texels_recorded.max(1) as f64;
-    let row = |name: &str, of: fn(&Cost) -> u64| {
-        let (before, after) = (of(before), of(after));
-        console.say(format_args!("  {name:<16}{before:>14}{after:>14}"));
-    };
-    console.say(format_args!(
-        "\n  {:<16}{:>14}{:>14}",
-        "", "original", "impostor"
-    ));
-    row("triangles", |cost| cost.triangles);
-    row("draw calls", |cost| cost.draw_calls);
-    row("geometry bytes", |cost| cost.geometry_bytes);
-    row("texture bytes", |cost| cost.texture_bytes);
+    say_cost(before, after, "impostor", console);
     console.say(format_args!(
         "\n  {} layers, {} quads, {:.1} % of {} recorded texels can be seen",
         statistics.layers,

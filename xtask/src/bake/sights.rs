@@ -4,10 +4,10 @@ use super::recording::Settings;
 use crate::voxels::Projection;
 use farfield_grid::Grid;
 use farfield_layers::LayerStack;
-use farfield_metrics::{LayersSeen, NONE};
+use farfield_metrics::{LayersSeen, NONE, greatest_of_nine};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
-use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, squares};
+use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, shrunk, squares};
 use farfield_views::Camera;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -62,10 +62,13 @@ impl Sights<'_> {
         let others = OTHERS.step_by(AT_A_TIME as usize);
         let others = others.map(|first| (first..first + AT_A_TIME, &BETWEEN[..]));
         let mut open = BTreeSet::new();
-        let shrunk = shrunk(mesh);
+        let shrunk = shrunk(mesh, MARGIN);
         for (viewpoints, beside) in std::iter::once((FIRST, &[0.0][..])).chain(others) {
             let mut viewpoints: Vec<u64> = viewpoints.collect();
             for reach in REACHES {
+                if viewpoints.is_empty() {
+                    break;
+                }
                 let closed = with_squares(&shrunk, voxels, &open);
                 let gaps = self.gaps(&viewpoints, beside, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
@@ -96,7 +99,7 @@ impl Sights<'_> {
             let eye = cell.viewpoint(index, SEED);
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
-            let farthest = farthest_of_nine(&original);
+            let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
             let aside = beside
                 .iter()
                 .flat_map(|y| beside.iter().map(|x| DVec2::new(*x, *y)));
@@ -150,26 +153,6 @@ fn around(pixel: usize, aside: f64, count: usize) -> Range<usize> {
     pixel.saturating_sub(before)..(pixel + behind + 1).min(count)
 }
 
-/// Of each pixel and the eight around the greatest depth; infinite at the border, too.
-fn farthest_of_nine(depth: &Grid<f64>) -> Grid<f64> {
-    let (width, height) = (depth.width(), depth.height());
-    let mut farthest = Grid::filled(width, height, f64::INFINITY);
-    for y in 1..height.saturating_sub(1) {
-        let rows = [y - 1, y, y + 1].map(|y| depth.row(y));
-        let column = |x: usize| rows[0][x].max(rows[1][x]).max(rows[2][x]);
-        for (x, farthest) in farthest
-            .row_mut(y)
-            .iter_mut()
-            .enumerate()
-            .skip(1)
-            .take(width - 2)
-        {
-            *farthest = column(x - 1).max(column(x)).max(column(x + 1));
-        }
-    }
-    farthest
-}
-
 fn middle([x, y]: [usize; 2]) -> DVec2 {
     DVec2::new(x as f64, y as f64) + 0.5
 }
@@ -191,36 +174,6 @@ pub(super) fn with_squares(
 /// By how much borders are moved inwards when a mesh is looked at, in voxels: a hole is found however
 /// narrow it is, and the mesh is closed where it hardly is.
 const MARGIN: f32 = 0.25;
-
-/// A mesh whose borders lie within it.
-fn shrunk(mesh: &Mesh) -> Mesh {
-    let mut edges: Vec<([u32; 2], u32)> = Vec::new();
-    for (i, t) in (0..).zip(&mesh.triangles) {
-        for [a, b] in [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]] {
-            edges.push(([a.min(b), a.max(b)], i));
-        }
-    }
-    edges.sort_unstable();
-    let mut inwards = vec![Vec3::ZERO; mesh.positions.len()];
-    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
-        let &[([a, b], triangle)] = edge else {
-            continue;
-        };
-        let corners = mesh.triangles[triangle as usize];
-        let opposite = corners.into_iter().find(|v| *v != a && *v != b);
-        let opposite = opposite.expect("a triangle has three corners");
-        let [p, q, r] = [a, b, opposite].map(|v| mesh.positions[v as usize]);
-        let across = (r - p).reject_from((q - p).normalize_or(Vec3::X));
-        let across = across.clamp_length_max(1.0);
-        inwards[a as usize] += across;
-        inwards[b as usize] += across;
-    }
-    let mut shrunk = mesh.clone();
-    for (position, inwards) in shrunk.positions.iter_mut().zip(inwards) {
-        *position += inwards.clamp_length_max(1.0) * MARGIN;
-    }
-    shrunk
-}
 
 /// A mesh as a scene, seen from both sides, without textures.
 fn bare(positions: &[DVec3], triangles: &[[u32; 3]], origin: DVec3) -> Scene {

@@ -237,11 +237,15 @@ pub(super) fn page(sources: Sources<'_>) -> Result<String> {
         pages: atlas(sources.display),
         facts: facts(manifest, sources.dir),
     };
+    rendered(include_str!("report.html"), page)
+}
+
+/// A page of the layout that all have in common.
+pub(super) fn rendered(template: &str, page: impl Serialize) -> Result<String> {
     let mut environment = Environment::new();
-    environment.add_template("report.html", include_str!("report.html"))?;
-    Ok(environment
-        .get_template("report.html")?
-        .render(Serde(page))?)
+    environment.add_template("layout.html", include_str!("layout.html"))?;
+    environment.add_template("page.html", template)?;
+    Ok(environment.get_template("page.html")?.render(Serde(page))?)
 }
 
 fn summary(manifest: &Manifest) -> String {

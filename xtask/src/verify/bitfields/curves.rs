@@ -6,7 +6,8 @@ use crate::bake::{Sampler, percentile};
 use crate::orbit::Orbit;
 use crate::viewpoints::SEED;
 use farfield_bitfields::{
-    Bitfield, FaceRanges, Samples, Triangulation, culled_share, even_directions, face_sets,
+    FaceRanges, Lookup, Samples, Triangulation, culled_share, even_directions, face_sets,
+    missed_pixels,
 };
 use farfield_sampling::Textures;
 use farfield_scene::Scene;
@@ -41,13 +42,13 @@ pub(super) fn over_samples(
         let sets = distances.unite(&sampler.sets(&distances.viewpoints(&directions)));
         let [three, six] = [Samples::Three, Samples::Six].map(|samples| {
             let united = face_sets(&faces, &sets, samples);
-            let lists = FaceRanges::from_sets(&united);
-            let mut missed: Vec<u64> = views
-                .iter()
-                .map(|(direction, seen)| missed(&faces, &united, *direction, seen))
-                .collect();
+            let lookup = Lookup::new(faces.clone(), FaceRanges::from_sets(&united));
+            let missed = views.iter().map(|(direction, seen)| {
+                missed_pixels(seen, &united[lookup.face(*direction) as usize])
+            });
+            let mut missed: Vec<u64> = missed.collect();
             missed.sort_unstable();
-            let culled = culled_share(&lists, original.triangles.len() as u32);
+            let culled = culled_share(lookup.lists(), original.triangles.len() as u32);
             (culled, percentile(&missed, 0.95))
         });
         OverSamples {
@@ -59,12 +60,4 @@ pub(super) fn over_samples(
         }
     };
     COUNTS.into_iter().map(of_count).collect()
-}
-
-/// Pixels of a view that show what the face of its direction has not.
-fn missed(faces: &Triangulation, united: &[Bitfield], direction: DVec3, seen: &[[u32; 2]]) -> u64 {
-    let face = (0..united.len() as u32).find(|face| faces.contains(*face, direction));
-    let face = &united[face.expect("faces tile the sphere") as usize];
-    let hidden = seen.iter().filter(|[id, _]| !face.contains(*id));
-    hidden.map(|[_, pixels]| u64::from(*pixels)).sum()
 }

@@ -91,7 +91,7 @@ impl<'a> Sides<'a> {
                 scene: original,
                 textures: of_original,
             },
-            solid: has_blended.then(|| super::solid_of(original)),
+            solid: has_blended.then(|| drawn::solid(original)),
             display: Side {
                 scene: display,
                 textures: of_display,

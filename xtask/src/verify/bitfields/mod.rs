@@ -11,15 +11,14 @@ use super::subject::require_same_box;
 use super::{Left, VerifyOptions, leave, tell_certificate, write_pictures};
 use crate::bake::cost_of_a_face;
 use crate::console::Console;
-use crate::drawn::{self, flattened};
+use crate::drawn::flattened;
 use crate::opened;
 use crate::orbit::Orbit;
 use crate::view_cell::represented_box;
 use anyhow::{Context, Result, bail};
 use farfield_bitfields::{FaceRanges, Lookup, Triangulation};
 use farfield_bundle::{
-    Channels, FACES_FILE, FaceLists, GLTF_FILE, MANIFEST_FILE, Manifest, ProvedBound, ViewSpace,
-    read_faces,
+    Channels, FACES_FILE, FaceLists, GLTF_FILE, Manifest, ProvedBound, ViewSpace, read_faces,
 };
 use farfield_sampling::Textures;
 use farfield_scene::Scene;
@@ -34,7 +33,7 @@ pub(super) fn verify(
     console: &Console,
 ) -> Result<VerifyReport> {
     let dir = &options.dir;
-    let in_manifest = || dir.join(MANIFEST_FILE).display().to_string();
+    let in_manifest = || opened::in_manifest(dir);
     let in_gltf = || dir.join(GLTF_FILE).display().to_string();
     let lists = read_faces(dir, manifest)?;
     let lookup = lookup(&lists).with_context(|| dir.join(FACES_FILE).display().to_string())?;
@@ -277,10 +276,3 @@ const SAMPLED: [&str; 3] = [
     "Wrong pixels: those that have another colour than the original.",
     "Culling: the share of the triangles that is not drawn for each viewpoint.",
 ];
-
-/// What of a scene hides what is behind it.
-fn solid_of(scene: &Scene) -> Scene {
-    let mut solid = drawn::without_images(scene);
-    drawn::draw_only(&mut solid, drawn::solid(scene).into_iter());
-    solid
-}

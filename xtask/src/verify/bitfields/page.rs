@@ -1,13 +1,11 @@
 //! What verify says of bitfields, for people: one page that needs nothing else.
 
-use super::super::html::{CostRow, Fact, PromisedRow, STYLE, cost, data_uri, facts};
+use super::super::html::{CostRow, Fact, PromisedRow, STYLE, cost, data_uri, facts, rendered};
 use super::super::report::{OverSamples, VerifyReport};
 use super::look::{Pictures, Seen};
 use crate::view_space;
 use anyhow::Result;
 use farfield_bundle::{FaceLists, Manifest, Samples, Technique};
-use minijinja::Environment;
-use minijinja::value::Serde;
 use serde::Serialize;
 use std::path::Path;
 
@@ -119,9 +117,7 @@ pub(super) fn page(sources: &Sources<'_>) -> Result<String> {
         notes: &manifest.promise.notes,
         facts: facts(manifest, sources.dir),
     };
-    let mut environment = Environment::new();
-    environment.add_template("page.html", include_str!("page.html"))?;
-    Ok(environment.get_template("page.html")?.render(Serde(page))?)
+    rendered(include_str!("page.html"), page)
 }
 
 fn over_samples<'a>(sources: &Sources<'a>) -> &'a [OverSamples] {
