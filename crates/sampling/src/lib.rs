@@ -15,6 +15,7 @@ mod coverage;
 mod piece;
 mod record;
 mod texel_search;
+mod touches;
 
 mod nearest;
 mod trace;
@@ -27,4 +28,5 @@ pub use rasterize::{NONE, Visibility, rasterize, shade, surfaces};
 pub use record::{Foliage, LayerMasks, Recording, Sample, record, sample_colors, sample_surfaces};
 pub use surface::{Hit, Surface, surface_at};
 pub use textures::{Textures, linear_from_srgb, srgb_from_linear};
+pub use touches::{Touch, record_touches};
 pub use trace::Tracer;

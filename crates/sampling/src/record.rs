@@ -137,7 +137,7 @@ fn shown_to_cell<T: Send>(
 }
 
 /// Rows of texels that one thread works on at a time.
-const BAND: usize = 16;
+pub(crate) const BAND: usize = 16;
 
 /// Records a scene into layers: in one pass over the triangles, each is cut to every slab of
 /// depth it crosses, and every texel whose closed square the piece touches is set in the slab's
@@ -195,11 +195,7 @@ pub fn record(
     };
     let pose = &camera.pose;
     let cell: Vec<Viewpoint> = cell.iter().map(|v| Viewpoint::new(pose, *v)).collect();
-    let (width, height) = (camera.width as usize, camera.height as usize);
-    let mut bands: Vec<Band> = (0..height)
-        .step_by(BAND)
-        .map(|top| Band::new(top..height.min(top + BAND), width, borders.len() - 1))
-        .collect();
+    let mut bands = task.bands();
     for batch in batches(scene) {
         let pieces: Vec<Vec<Piece>> = batch
             .par_iter()
@@ -230,18 +226,18 @@ pub fn record(
             }
         });
     }
-    let bands: Vec<Recording> = bands.into_par_iter().map(Band::into_recording).collect();
-    stacked(&bands, borders.len() - 1)
+    stacked(bands, borders.len() - 1)
 }
 
 /// Puts bands of rows below each other, layer by layer.
-fn stacked(bands: &[Recording], layers: usize) -> Recording {
+pub(crate) fn stacked(bands: Vec<Band>, layers: usize) -> Recording {
+    let bands: Vec<Recording> = bands.into_par_iter().map(Band::into_recording).collect();
     let mut all = Recording::default();
     all.samples
         .reserve_exact(bands.iter().map(|band| band.samples.len()).sum());
     for layer in 0..layers {
         let start = all.samples.len();
-        for band in bands {
+        for band in &bands {
             all.samples
                 .extend_from_slice(&band.samples[band.layers[layer].clone()]);
         }
@@ -251,20 +247,31 @@ fn stacked(bands: &[Recording], layers: usize) -> Recording {
 }
 
 /// What is recorded, and for whom.
-struct Task<'a> {
-    scene: &'a Scene,
-    textures: &'a Textures<'a>,
-    camera: &'a Camera,
-    borders: &'a [f64],
-    foliage: Foliage,
+pub(crate) struct Task<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) textures: &'a Textures<'a>,
+    pub(crate) camera: &'a Camera,
+    pub(crate) borders: &'a [f64],
+    pub(crate) foliage: Foliage,
+}
+
+impl Task<'_> {
+    /// The rows of all layers, band by band.
+    pub(crate) fn bands(&self) -> Vec<Band> {
+        let (width, height) = (self.camera.width as usize, self.camera.height as usize);
+        let layers = self.borders.len() - 1;
+        let tops = (0..height).step_by(BAND);
+        tops.map(|top| Band::new(top..height.min(top + BAND), width, layers))
+            .collect()
+    }
 }
 
 /// Some rows of all layers.
-struct Band {
-    rows: Range<usize>,
-    width: usize,
-    contest: Contest,
-    part: Part,
+pub(crate) struct Band {
+    pub(crate) rows: Range<usize>,
+    pub(crate) width: usize,
+    pub(crate) contest: Contest,
+    pub(crate) part: Part,
 }
 
 impl Band {
@@ -277,7 +284,7 @@ impl Band {
         }
     }
 
-    fn into_recording(self) -> Recording {
+    pub(crate) fn into_recording(self) -> Recording {
         let mut recording = Recording::default();
         for layer in 0..self.contest.layers() {
             let start = recording.samples.len();
@@ -301,30 +308,37 @@ fn draw_over_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
         return;
     };
     let masked = Masked::new(task.scene, task.textures, piece.drawn);
-    let class = Rank::class(piece.front, true);
     for layer in piece.layers() {
         band.part.cut(task, piece, layer);
         let outline = band.part.outline();
         for y in within(outline.rows(task.camera.height as usize), &band.rows) {
             for x in outline.centers_in(y, band.width) {
-                let center = center_of(x, y);
-                let rank = Rank {
-                    class,
-                    distance: inside.inverse_depth(center).recip(),
-                };
                 let claim = band.contest.claim_mut(layer, x, y - band.rows.start);
-                if !rank.is_better_than(&claim.rank) {
-                    continue;
-                }
-                let weights = inside.barycentric(center);
-                if masked
-                    .as_ref()
-                    .is_none_or(|masked| masked.is_there(masked.place(weights)))
-                {
-                    *claim = Claim::new(rank, hit(piece.drawn, weights));
-                }
+                claim_over_center(piece, &inside, masked.as_ref(), center_of(x, y), claim);
             }
         }
+    }
+}
+
+/// Claims a texel over whose centre a triangle lies.
+#[inline]
+pub(crate) fn claim_over_center(
+    piece: &Piece,
+    inside: &Interpolation,
+    masked: Option<&Masked<'_>>,
+    center: DVec2,
+    claim: &mut Claim,
+) {
+    let rank = Rank {
+        class: Rank::class(piece.front, true),
+        distance: inside.inverse_depth(center).recip(),
+    };
+    if !rank.is_better_than(&claim.rank) {
+        return;
+    }
+    let weights = inside.barycentric(center);
+    if masked.is_none_or(|masked| masked.is_there(masked.place(weights))) {
+        *claim = Claim::new(rank, hit(piece.drawn, weights));
     }
 }
 
@@ -334,62 +348,104 @@ fn draw_beside_centers(task: &Task<'_>, piece: &Piece, band: &mut Band) {
     let Some(first) = layers.find(|layer| !is_settled(task, piece, *layer, band)) else {
         return;
     };
-    let camera = task.camera;
     let masked = Masked::new(task.scene, task.textures, piece.drawn);
     if masked.is_some() && task.foliage == Foliage::Centre {
         return;
     }
-    let mut search = masked
-        .as_ref()
-        .map(|masked| TexelSearch::new(camera, piece.corners, masked));
-    let class = Rank::class(piece.front, false);
+    let mut beside = Beside::new(task, piece, masked.as_ref());
     for layer in std::iter::once(first).chain(layers) {
         if layer != first && is_settled(task, piece, layer, band) {
             continue;
         }
         band.part.cut(task, piece, layer);
         let outline = band.part.outline();
-        for y in within(outline.rows(camera.height as usize), &band.rows) {
-            // Opaque triangles have claimed what they lie over. Masked ones have tried the centre.
-            let tried = match &search {
-                Some(search) if search.sees_centers() => outline.centers_in(y, band.width),
-                _ => 0..0,
-            };
+        for y in within(outline.rows(task.camera.height as usize), &band.rows) {
+            let tried = beside.tried(&outline, y, band.width);
             for x in outline.columns(y, band.width) {
-                let center = center_of(x, y);
                 let claim = band.contest.claim_mut(layer, x, y - band.rows.start);
-                if !claim.may_lose_to(class, || outline.distance_squared(center)) {
-                    continue;
-                }
-                if !tried.contains(&x) {
-                    let (point, weights) = beside(&band.part.polygon, outline.corners(), center);
-                    let rank = Rank {
-                        class,
-                        distance: point.distance_squared(center),
-                    };
-                    if !rank.is_better_than(&claim.rank) {
-                        continue;
-                    }
-                    if masked
-                        .as_ref()
-                        .is_none_or(|masked| masked.is_there(masked.place(weights)))
-                    {
-                        *claim = Claim::new(rank, hit(piece.drawn, weights));
-                        continue;
-                    }
-                }
-                // Something else of the texel is worth a search only while nothing occludes.
-                let Some(search) = &mut search else { continue };
-                if claim.rank.is_front() || (claim.is_set() && !piece.front) {
-                    continue;
-                }
-                if let Some(weights) = search.some_point(&band.part.polygon, center) {
-                    let [a, b, c] = piece.corners;
-                    let point = a * weights.x + b * weights.y + c * weights.z;
-                    let distance = camera.pixel_from_view(point).distance_squared(center);
-                    *claim = Claim::new(Rank { class, distance }, hit(piece.drawn, weights));
-                }
+                beside.claim(
+                    &band.part,
+                    &outline,
+                    center_of(x, y),
+                    tried.contains(&x),
+                    claim,
+                );
             }
+        }
+    }
+}
+
+/// A triangle that claims texels beside whose centres it lies.
+pub(crate) struct Beside<'a> {
+    camera: &'a Camera,
+    piece: &'a Piece,
+    class: u8,
+    masked: Option<&'a Masked<'a>>,
+    search: Option<TexelSearch<'a>>,
+}
+
+impl<'a> Beside<'a> {
+    pub(crate) fn new(task: &Task<'a>, piece: &'a Piece, masked: Option<&'a Masked<'a>>) -> Self {
+        let camera = task.camera;
+        Self {
+            camera,
+            piece,
+            class: Rank::class(piece.front, false),
+            masked,
+            search: masked.map(|masked| TexelSearch::new(camera, piece.corners, masked)),
+        }
+    }
+
+    /// The columns of a row whose centres need not be tried: opaque triangles have claimed what they
+    /// lie over, masked ones have tried the centre.
+    pub(crate) fn tried(&self, outline: &Outline<'_>, y: usize, width: usize) -> Range<usize> {
+        match &self.search {
+            Some(search) if search.sees_centers() => outline.centers_in(y, width),
+            _ => 0..0,
+        }
+    }
+
+    /// Claims a texel that the part touches.
+    #[inline]
+    pub(crate) fn claim(
+        &mut self,
+        part: &Part,
+        outline: &Outline<'_>,
+        center: DVec2,
+        was_tried: bool,
+        claim: &mut Claim,
+    ) {
+        let (class, piece) = (self.class, self.piece);
+        if !claim.may_lose_to(class, || outline.distance_squared(center)) {
+            return;
+        }
+        if !was_tried {
+            let (point, weights) = beside(&part.polygon, outline.corners(), center);
+            let rank = Rank {
+                class,
+                distance: point.distance_squared(center),
+            };
+            if !rank.is_better_than(&claim.rank) {
+                return;
+            }
+            let is_there = |masked: &Masked<'_>| masked.is_there(masked.place(weights));
+            if self.masked.is_none_or(is_there) {
+                *claim = Claim::new(rank, hit(piece.drawn, weights));
+                return;
+            }
+        }
+        // Something else of the texel is worth a search only while nothing occludes.
+        let Some(search) = &mut self.search else {
+            return;
+        };
+        if claim.rank.is_front() || (claim.is_set() && !piece.front) {
+            return;
+        }
+        if let Some(weights) = search.some_point(&part.polygon, center) {
+            let [a, b, c] = piece.corners;
+            let point = a * weights.x + b * weights.y + c * weights.z;
+            let distance = self.camera.pixel_from_view(point).distance_squared(center);
+            *claim = Claim::new(Rank { class, distance }, hit(piece.drawn, weights));
         }
     }
 }
@@ -415,7 +471,7 @@ fn is_settled(task: &Task<'_>, piece: &Piece, layer: usize, band: &Band) -> bool
     })
 }
 
-fn center_of(x: usize, y: usize) -> DVec2 {
+pub(crate) fn center_of(x: usize, y: usize) -> DVec2 {
     DVec2::new(x as f64 + 0.5, y as f64 + 0.5)
 }
 
@@ -425,7 +481,7 @@ fn within(touched: RangeInclusive<usize>, rows: &Range<usize>) -> Range<usize> {
 
 /// The part of a triangle that lies in a slab, and room to cut it.
 #[derive(Debug, Default)]
-struct Part {
+pub(crate) struct Part {
     polygon: Vec<Corner>,
     /// The same in texels.
     texels: Vec<DVec2>,
@@ -434,7 +490,7 @@ struct Part {
 
 impl Part {
     /// Cuts a triangle to the slab of a layer.
-    fn cut(&mut self, task: &Task<'_>, piece: &Piece, layer: usize) {
+    pub(crate) fn cut(&mut self, task: &Task<'_>, piece: &Piece, layer: usize) {
         self.texels.clear();
         if piece.layers.len() == 1 {
             self.polygon.clear();
@@ -451,7 +507,7 @@ impl Part {
         self.texels.extend(self.polygon.iter().map(in_texels));
     }
 
-    fn outline(&self) -> Outline<'_> {
+    pub(crate) fn outline(&self) -> Outline<'_> {
         Outline::new(&self.texels)
     }
 }
