@@ -3,4 +3,5 @@
 mod display;
 mod errors;
 mod ids;
+mod layers;
 mod setup;

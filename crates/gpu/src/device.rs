@@ -39,6 +39,12 @@ pub enum GpuError {
         /// The most there can be.
         allowed: u64,
     },
+    /// Numbers of 24 bits do not tell well enough where something lies.
+    #[error("the GPU's numbers of 24 bits are too coarse for {what}")]
+    Imprecise {
+        /// Such as an object's name.
+        what: String,
+    },
     /// The driver refused or ran out of memory.
     #[error("the GPU failed: {reason}")]
     Failed {
@@ -62,6 +68,7 @@ pub struct Gpu {
 /// What shaders need beyond what every WebGPU device has.
 const NEEDED: DownlevelFlags = DownlevelFlags::VERTEX_STORAGE
     .union(DownlevelFlags::FRAGMENT_STORAGE)
+    .union(DownlevelFlags::FRAGMENT_WRITABLE_STORAGE)
     .union(DownlevelFlags::INDEPENDENT_BLEND);
 
 impl Gpu {

@@ -14,6 +14,9 @@ mod readback;
 mod display;
 mod ids;
 
+mod layers;
+mod placed;
+
 pub use device::{Gpu, GpuError};
 
 pub use geometry::Draws;
@@ -23,5 +26,6 @@ pub use camera::Lighting;
 
 pub use display::{Display, Picture};
 pub use ids::{IdBuffers, NONE, Seen};
+pub use layers::{LayerSearch, Touch, Touches};
 
 pub use wgpu;

@@ -2,6 +2,7 @@
 
 use crate::{Gpu, GpuError};
 use farfield_views::Camera;
+use std::ops::Range;
 use std::sync::mpsc;
 use wgpu::{Buffer, BufferUsages, CommandEncoder, Texture};
 
@@ -96,15 +97,25 @@ impl Readback {
 
     /// Copies what queries tell.
     pub(crate) fn take_buffer(&mut self, encoder: &mut CommandEncoder, source: &Buffer) -> Slot {
-        let bytes = source.size() as u32;
+        self.take_bytes(encoder, source, 0..source.size())
+    }
+
+    /// Copies some bytes of a buffer.
+    pub(crate) fn take_bytes(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        source: &Buffer,
+        bytes: Range<u64>,
+    ) -> Slot {
+        let length = bytes.end - bytes.start;
         let slot = Slot {
             offset: self.used,
-            row: bytes,
-            padded_row: bytes,
+            row: length as u32,
+            padded_row: length as u32,
             rows: 1,
         };
-        encoder.copy_buffer_to_buffer(source, 0, &self.buffer, self.used, source.size());
-        self.used += u64::from(padded(bytes));
+        encoder.copy_buffer_to_buffer(source, bytes.start, &self.buffer, self.used, length);
+        self.used += length.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT.into());
         slot
     }
 
@@ -135,6 +146,11 @@ pub(crate) struct Mapped {
 }
 
 impl Mapped {
+    /// What lies in a slot of one row.
+    pub(crate) fn bytes(&self, slot: Slot) -> &[u8] {
+        &self.bytes[slot.offset as usize..][..slot.row as usize]
+    }
+
     /// The rows of a texture.
     pub(crate) fn rows(&self, slot: Slot) -> impl Iterator<Item = &[u8]> {
         let bytes = &self.bytes[slot.offset as usize..];

@@ -389,7 +389,7 @@ fn sampler(gpu: &Gpu, texture: &Texture) -> wgpu::Sampler {
 }
 
 /// A buffer with some content; of one zero where there is none, as buffers have a size.
-fn buffer<T: Pod>(
+pub(crate) fn buffer<T: Pod>(
     gpu: &Gpu,
     what: &str,
     usage: BufferUsages,
@@ -413,7 +413,11 @@ fn buffer<T: Pod>(
     Ok(buffer)
 }
 
-fn bind(gpu: &Gpu, layout: &BindGroupLayout, resources: &[wgpu::BindingResource<'_>]) -> BindGroup {
+pub(crate) fn bind(
+    gpu: &Gpu,
+    layout: &BindGroupLayout,
+    resources: &[wgpu::BindingResource<'_>],
+) -> BindGroup {
     let entries = (0..).zip(resources);
     let entries = entries.map(|(binding, resource)| wgpu::BindGroupEntry {
         binding,

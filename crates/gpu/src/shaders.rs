@@ -1,5 +1,6 @@
 //! The shaders' sources: constants from here, then the files a pipeline names.
 
+use crate::placed::MASKED;
 use crate::scene::{
     ATTRIBUTES, BENT_NORMAL, CLAMP_TO_EDGE, DOUBLE_SIDED, MIRRORED_REPEAT, NEAREST, UNLIT,
 };
@@ -21,6 +22,18 @@ pub(crate) fn display() -> String {
         include_str!("wgsl/display.wgsl"),
     ])
 }
+
+/// Of pipelines that find what triangles touch of layers.
+pub(crate) fn layers() -> String {
+    let constants = format!(
+        "const MASKED = {MASKED}u;\nconst DOUBLE_SIDED = {DOUBLE_SIDED}u;\nconst SQUARE_DOUBT = {SQUARE_DOUBT:?};\n"
+    );
+    constants + include_str!("wgsl/layers.wgsl")
+}
+
+/// Twice as much as a texel's square may be missed by and still count as touched, in texels, by whoever
+/// looks exactly.
+const SQUARE_DOUBT: f32 = 2.0 / (1 << 20) as f32;
 
 /// Texel coordinates reach this far in both directions, so that they are numbers of 32 bits.
 const FARTHEST: f32 = (1 << 29) as f32;
@@ -44,6 +57,8 @@ fn composed(files: &[&str]) -> String {
 mod tests {
     use super::*;
     use crate::camera::{Placement, View};
+    use crate::layers::Task;
+    use crate::placed::Placed;
     use crate::scene::{Instance, Material};
     use std::mem::offset_of;
     use wgpu::naga::{
@@ -69,11 +84,18 @@ mod tests {
             let names: Vec<_> = entries.iter().map(|entry| entry.name.as_str()).collect();
             assert_eq!(names, ["vertex", "opaque", "masked"]);
         }
+        let entries = module(&layers()).entry_points;
+        let names: Vec<_> = entries.iter().map(|entry| entry.name.as_str()).collect();
+        assert_eq!(names, ["vertex", "sure", "possible"]);
     }
 
     /// Members of a shader's struct with their offsets, and its size.
     fn layout(name: &str) -> (Vec<(String, u32)>, u32) {
-        let module = module(&display());
+        layout_in(&display(), name)
+    }
+
+    fn layout_in(source: &str, name: &str) -> (Vec<(String, u32)>, u32) {
+        let module = module(source);
         let found = module
             .types
             .iter()
@@ -105,5 +127,10 @@ mod tests {
         assert_eq!(layout("Instance"), instance);
         let material = fields!(Material: base_color, emissive, cutoff, normal_scale, flags, wrap);
         assert_eq!(layout("Material"), material);
+        let placed =
+            fields!(Placed: x, y, depth, doubt, first_drawn, first_triangle, winding, padding);
+        assert_eq!(layout_in(&layers(), "Placed"), placed);
+        let task = fields!(Task: half, width, texels, begin, end, layers, objects, corners, room);
+        assert_eq!(layout_in(&layers(), "Task"), task);
     }
 }
