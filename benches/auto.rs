@@ -5,7 +5,7 @@ use farfield_sampling::Textures;
 use farfield_views::ViewCell;
 use std::path::PathBuf;
 use xtask::auto::{Powers, Survey, TRIANGLE_BYTES, layered_bytes, survey, tdm_bytes};
-use xtask::{BakeOptions, BuiltIn, Console, Making, SceneChoice, ViewCellSpec, bake};
+use xtask::{BakeOptions, BuiltIn, Console, Device, Making, SceneChoice, ViewCellSpec, bake};
 
 /// A scene, and its view cell as on the command line.
 type Entry = (&'static str, &'static str);
@@ -159,7 +159,9 @@ fn surveyed(source: &SceneChoice, cell: &ViewCellSpec) -> Survey {
         SceneChoice::BuiltIn(_) => farfield_town::house(0),
     };
     let settings = settings(&scene, ViewCell::Box { center, size });
-    survey(&scene, &Textures::new(&scene), &settings).expect("the cell lies before the scene")
+    let (textures, device) = (Textures::new(&scene), Device::cpu());
+    survey(&scene, &textures, &settings, &device, &Console::Silent)
+        .expect("the cell lies before the scene")
 }
 
 fn cost(source: &SceneChoice, cell: &ViewCellSpec, making: Making) -> f64 {

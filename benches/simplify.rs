@@ -6,7 +6,7 @@ use farfield_sampling::Textures;
 use farfield_tdm::{Mesh, VoxelLayers, initial_mesh, simplify, touched};
 use meshopt::{SimplifyOptions, VertexDataAdapter};
 use std::time::Instant;
-use xtask::{Console, peak_rss_bytes, voxelize};
+use xtask::{Console, Device, peak_rss_bytes, voxelize};
 
 /// Sides of the pictures for which the house is looked at, smallest first, as the peak of memory is
 /// that of all so far.
@@ -47,7 +47,13 @@ fn row(model: &Model, resolution: u32, largest: &mut usize) {
     let mut settings = models::settings(&model.scene, model.cell);
     settings.camera.resolution = resolution;
     let textures = Textures::new(&model.scene);
-    let found = voxelize::voxelize(&model.scene, &textures, &settings, &Console::Silent);
+    let found = voxelize::voxelize(
+        &model.scene,
+        &textures,
+        &settings,
+        &Device::cpu(),
+        &Console::Silent,
+    );
     let found = found
         .expect("the cell lies before the scene")
         .expect("it can be seen");

@@ -10,7 +10,8 @@ use std::path::Path;
 use xtask::auto::{layered_bytes, survey, tdm_bytes};
 use xtask::recording::Settings;
 use xtask::{
-    BakeOptions, BuiltIn, Channels, Console, Limits, Making, SceneChoice, ViewCellSpec, bake,
+    BakeOptions, BuiltIn, Channels, Console, Device, Limits, Making, SceneChoice, ViewCellSpec,
+    bake,
 };
 
 fn mesh_of(scene: SceneChoice, resolution: u32, enlarged: f64, out: &Path) -> BakeOptions {
@@ -261,7 +262,14 @@ fn a_near_house_is_forecast_as_a_mesh() {
             foliage: Foliage::Any,
             channels: Channels::Lit,
         };
-        let found = survey(&scene, &textures, &settings).unwrap();
+        let found = survey(
+            &scene,
+            &textures,
+            &settings,
+            &Device::cpu(),
+            &Console::Silent,
+        )
+        .unwrap();
         [layered_bytes(&found), tdm_bytes(&found)]
     };
     let [layered, mesh] = forecast("box:0,10,70:20,20,20");

@@ -67,7 +67,9 @@ fn recorded(scene: &Scene, layers: &Layers, foliage: Foliage, found: &Touches) -
     let touches: Vec<Touch> = touches.collect();
     [
         record(scene, &textures, camera, borders, corners, foliage),
-        record_touches(scene, &textures, camera, borders, corners, foliage, &touches),
+        record_touches(
+            scene, &textures, camera, borders, corners, foliage, &touches,
+        ),
     ]
 }
 
@@ -90,26 +92,43 @@ fn differing(a: &Recording, b: &Recording) -> usize {
         let layers = recording.layers.iter().enumerate();
         let of_layer = |(layer, run): (usize, &std::ops::Range<usize>)| {
             let samples = recording.samples[run.clone()].to_vec();
-            samples.into_iter().map(move |sample| (layer, format!("{sample:?}")))
+            samples
+                .into_iter()
+                .map(move |sample| (layer, format!("{sample:?}")))
         };
         layers.flat_map(of_layer).collect()
     };
     if a == b {
         return 0;
     }
-    let [a, b] = [a, b].map(|r| texels(r).into_iter().collect::<std::collections::BTreeSet<_>>());
-    for one in a.difference(&b).take(5) { println!("cpu {one:?}"); }
-    for one in b.difference(&a).take(5) { println!("gpu {one:?}"); }
+    let [a, b] = [a, b].map(|r| {
+        texels(r)
+            .into_iter()
+            .collect::<std::collections::BTreeSet<_>>()
+    });
+    for one in a.difference(&b).take(5) {
+        println!("cpu {one:?}");
+    }
+    for one in b.difference(&a).take(5) {
+        println!("gpu {one:?}");
+    }
     a.symmetric_difference(&b).count()
 }
 
 #[test]
 fn scenes() {
     let Some(gpu) = gpu() else { return };
-    for (scene, away) in [(farfield_town::house(1), 1.2), (farfield_town::town(1, 100_000), 1.5)] {
+    for (scene, away) in [
+        (farfield_town::house(1), 1.2),
+        (farfield_town::town(1, 100_000), 1.5),
+    ] {
         for count in [1, 9, 60] {
             let t = std::time::Instant::now();
-            println!("{:?} {:?}", check(&gpu, &scene, &before(&scene, away, 256, count)), t.elapsed());
+            println!(
+                "{:?} {:?}",
+                check(&gpu, &scene, &before(&scene, away, 256, count)),
+                t.elapsed()
+            );
         }
     }
 }

@@ -3,6 +3,7 @@
 mod bake;
 mod built_in;
 mod console;
+mod device;
 mod drawn;
 mod dump;
 mod opened;
@@ -20,16 +21,18 @@ mod voxels;
 
 pub use bake::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BitfieldsReport, HELD_BACK,
-    ImpostorReport, Limits, Making, SampleChoice, auto, bake, bake_bitfields, recording, voxelize,
+    ImpostorReport, Limits, Making, SampleChoice, auto, bake, bake_bitfields, bake_on, recording,
+    voxelize,
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
+pub use device::{Device, DeviceChoice};
 pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
     BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
-    SurfaceBias, VerifyOptions, VerifyReport, verify,
+    SurfaceBias, VerifyOptions, VerifyReport, verify, verify_on,
 };
 pub use view::{ViewOptions, export, page_content, page_program, require_export, serve};
 pub use view_cell::ViewCellSpec;

@@ -7,10 +7,10 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
-    Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Foliage,
-    Limits, Making, SampleChoice, SceneChoice, VerifyOptions, VerifyReport, ViewCellSpec,
-    ViewOptions, bake, bake_bitfields, export, page_content, page_program, require_export, serve,
-    verify,
+    Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
+    DeviceChoice, Foliage, Limits, Making, SampleChoice, SceneChoice, VerifyOptions, VerifyReport,
+    ViewCellSpec, ViewOptions, bake_bitfields, bake_on, export, page_content, page_program,
+    require_export, serve, verify_on,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -105,6 +105,9 @@ struct BakeArgs {
     /// so many one after another must miss nothing. [default: 1000]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
+    /// What records layers. The bundle is the same on all.
+    #[arg(long, value_enum, default_value_t = DeviceArg::DEFAULT)]
+    device: DeviceArg,
     /// Verifies the bundle from 256 viewpoints, as `verify` does.
     #[arg(long)]
     verify: bool,
@@ -152,6 +155,33 @@ enum ChannelsArg {
     Pbr,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum DeviceArg {
+    /// A GPU where there is one, else the CPU; a driver that does without a GPU counts as none.
+    Auto,
+    /// The CPU alone.
+    Cpu,
+    /// A GPU, or a driver that does without one. Needs a program built with the feature `gpu`:
+    /// `cargo xtask-gpu`.
+    Gpu,
+}
+
+impl DeviceArg {
+    const DEFAULT: Self = match cfg!(feature = "gpu") {
+        true => Self::Auto,
+        false => Self::Cpu,
+    };
+
+    fn open(self) -> anyhow::Result<Device> {
+        let choice = match self {
+            Self::Auto => DeviceChoice::Auto,
+            Self::Cpu => DeviceChoice::Cpu,
+            Self::Gpu => DeviceChoice::Gpu,
+        };
+        Device::open(choice, &Console::Stderr)
+    }
+}
+
 /// Viewpoints that a bundle is verified from unless asked otherwise.
 const VIEWS: u64 = 256;
 
@@ -172,6 +202,10 @@ struct VerifyArgs {
     /// Looks from this viewpoint only, and writes its pictures.
     #[arg(long, value_name = "N", conflicts_with = "views", value_parser = clap::value_parser!(u64).range(..MOST_VIEWS))]
     view: Option<u64>,
+    /// What records layers, to tell whether parts without an impostor can be seen. Pictures are always
+    /// drawn by the CPU: at the edges of triangles a GPU's depend on the GPU.
+    #[arg(long, value_enum, default_value_t = DeviceArg::DEFAULT)]
+    device: DeviceArg,
     /// Prints one JSON object on stdout.
     #[arg(long)]
     json: bool,
@@ -212,19 +246,24 @@ fn main() -> ExitCode {
 fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
     let (must_verify, json) = (args.verify, args.json);
     refuse_options_of_others(&args)?;
+    let device = match args.technique {
+        Technique::Bitfields => Device::cpu(),
+        Technique::Layered | Technique::Tdm | Technique::Auto => args.device.open()?,
+    };
     let report = match args.technique {
         Technique::Bitfields => bake_bitfields(&bitfields_options(args), &Console::Stderr)?,
         Technique::Layered | Technique::Tdm | Technique::Auto => {
-            bake(&impostor_options(args), &Console::Stderr)?
+            bake_on(&impostor_options(args), &device, &Console::Stderr)?
         }
     };
     let verified = match must_verify {
-        true => Some(verify(
+        true => Some(verify_on(
             &VerifyOptions {
                 dir: report.bundle.clone(),
                 scene: None,
                 views: 0..VIEWS,
             },
+            &device,
             &Console::Stderr,
         )?),
         false => None,
@@ -253,6 +292,7 @@ fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
         ("--foliage", args.foliage.is_some()),
         ("--channels", args.channels.is_some()),
         ("--dump", args.dump.is_some()),
+        ("--device gpu", args.device == DeviceArg::Gpu),
     ];
     let of_bitfields = [
         ("--samples", args.samples.is_some()),
@@ -366,7 +406,8 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
             None => 0..args.views,
         },
     };
-    let report: VerifyReport = verify(&options, &Console::Stderr)?;
+    let device = args.device.open()?;
+    let report: VerifyReport = verify_on(&options, &device, &Console::Stderr)?;
     if args.json {
         print_json(&report)?;
     }

@@ -4,7 +4,9 @@
 //! powers of what the layers hold; for how good that is, see [`LAYERED`] and [`TDM`].
 
 use super::Making;
-use super::recording::{Settings, cull, place, record_layers};
+use super::recording::{Settings, cull, place};
+use crate::console::Console;
+use crate::device::Device;
 use crate::parts::Part;
 use anyhow::Result;
 use farfield_sampling::{Recording, Textures};
@@ -35,9 +37,16 @@ pub struct Survey {
 /// # Errors
 ///
 /// As for [`place`].
-pub fn survey(scene: &Scene, textures: &Textures<'_>, settings: &Settings) -> Result<Survey> {
+pub fn survey(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    settings: &Settings,
+    device: &Device,
+    console: &Console,
+) -> Result<Survey> {
     let stack = place(scene, settings)?;
-    let recording = record_layers(scene, textures, &stack, &settings.cell, settings.foliage);
+    let Settings { cell, foliage, .. } = settings;
+    let recording = device.record(scene, textures, &stack, cell, *foliage, console);
     Ok(counted(scene, &cull(&recording, stack.width, stack.height)))
 }
 
@@ -183,8 +192,10 @@ impl Forecast {
         part: &Part<'_>,
         textures: &Textures<'_>,
         settings: &Settings,
+        device: &Device,
+        console: &Console,
     ) -> Result<()> {
-        let found = survey(&part.scene, textures, settings)?;
+        let found = survey(&part.scene, textures, settings, device, console)?;
         self.counted.texels += found.texels;
         self.counted.rectangles += found.rectangles;
         self.counted.turns += found.turns;

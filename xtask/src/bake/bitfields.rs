@@ -7,6 +7,7 @@ use super::sampler::{Sampler, percentile};
 use super::samples::{self, SampleChoice};
 use super::{BakeReport, BitfieldsReport, ImpostorReport};
 use crate::console::{Console, peak_rss_bytes};
+use crate::device::Device;
 use crate::drawn::{self, flattened};
 use crate::orbit::{FINER, NEAREST, Orbit};
 use crate::outliers;
@@ -497,6 +498,7 @@ fn report(manifest: &Manifest, files: &[NewFile], dir: PathBuf, start: Instant) 
     BakeReport {
         bundle: dir,
         technique: manifest.technique.name(),
+        device: Device::cpu().name().into(),
         seconds: start.elapsed().as_secs_f64(),
         triangles_in: manifest.statistics.before.triangles,
         triangles_out: after.triangles,

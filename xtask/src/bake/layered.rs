@@ -1,11 +1,10 @@
 //! Layered impostors: place, record, cull, grow, pack, paint
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 3).
 
-use super::recording::{
-    Layers, Settings, cull, description, place, record_layers, recording_camera,
-};
+use super::recording::{Layers, Settings, cull, description, place, recording_camera};
 use super::{Baked, channels};
 use crate::console::Console;
+use crate::device::Device;
 use crate::parts::Part;
 use anyhow::{Context, Result};
 use farfield_atlas::pack;
@@ -41,6 +40,7 @@ pub(super) fn bake(
     textures: &Textures<'_>,
     settings: &Settings,
     bytes_per_quad: f64,
+    device: &Device,
     console: &Console,
 ) -> Result<Option<(Baked, Layers)>> {
     let scene = &*part.scene;
@@ -49,7 +49,8 @@ pub(super) fn bake(
     let camera = recording_camera(&stack);
     let cell = settings.cell.corners();
     let recording = console.stage("record", || {
-        record_layers(scene, textures, &stack, &settings.cell, settings.foliage)
+        let Settings { cell, foliage, .. } = settings;
+        device.record(scene, textures, &stack, cell, *foliage, console)
     });
     let visible = console.stage("cull", || cull(&recording, width, height));
     if visible.samples.is_empty() {

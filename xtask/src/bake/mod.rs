@@ -15,6 +15,7 @@ mod tdm;
 pub mod voxelize;
 
 use crate::console::{Console, peak_rss_bytes};
+use crate::device::Device;
 use crate::dump;
 use crate::outliers;
 use crate::parts::{self, Part};
@@ -146,6 +147,9 @@ pub struct BakeReport {
     pub bundle: PathBuf,
     /// Name of the technique.
     pub technique: &'static str,
+    /// The GPU that helped to record layers, to the end; "cpu" where none did. The bundle does not depend
+    /// on it.
+    pub device: String,
     /// From start to end.
     pub seconds: f64,
     /// Triangles of the original.
@@ -226,6 +230,15 @@ struct Baked {
 /// When the scene cannot be read, the view cell does not suit it, or the bundle cannot be written.
 /// Then nothing is left behind.
 pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
+    bake_on(options, &Device::cpu(), console)
+}
+
+/// Bakes a scene into a bundle, which is the same on whatever device its layers are recorded.
+///
+/// # Errors
+///
+/// As for [`bake`]; not when a GPU fails, as the CPU goes on then.
+pub fn bake_on(options: &BakeOptions, device: &Device, console: &Console) -> Result<BakeReport> {
     let start = Instant::now();
     let name = options.scene.name();
     let dir = options.out.clone().unwrap_or_else(|| {
@@ -261,9 +274,18 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     ));
     let parts = parts::parts(scene, &space, &lens).with_context(in_scene)?;
     let textures = console.stage("prepare textures", || Textures::new(scene));
+    device.introduce(console);
     let attempt = |making| -> Result<Attempt> {
         let mut dumped = options.dump.as_ref().map(|_| Vec::new());
-        let baked = bake_parts(&parts, &textures, options, making, dumped.as_mut(), console);
+        let baked = bake_parts(
+            &parts,
+            &textures,
+            options,
+            making,
+            dumped.as_mut(),
+            device,
+            console,
+        );
         let baked = baked.with_context(in_scene)?;
         let display = joined(&baked);
         Ok(Attempt {
@@ -274,7 +296,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
             dumped,
         })
     };
-    let makings = techniques(&parts, &textures, options, console).with_context(in_scene)?;
+    let makings = techniques(&parts, &textures, options, device, console).with_context(in_scene)?;
     let best = first_within(&makings, attempt, console)?;
     let Attempt {
         making,
@@ -345,6 +367,7 @@ pub fn bake(options: &BakeOptions, console: &Console) -> Result<BakeReport> {
     Ok(BakeReport {
         bundle: dir,
         technique: manifest.technique.name(),
+        device: device.name().into(),
         seconds: start.elapsed().as_secs_f64(),
         triangles_in: statistics.before.triangles,
         triangles_out: statistics.after.triangles,
@@ -502,6 +525,7 @@ fn techniques(
     parts: &[Part<'_>],
     textures: &Textures<'_>,
     options: &BakeOptions,
+    device: &Device,
     console: &Console,
 ) -> Result<Vec<Making>> {
     let Some(alternative) = options.alternative else {
@@ -515,7 +539,7 @@ fn techniques(
         let forecast = console.stage("compare techniques", || {
             let mut forecast = auto::Forecast::default();
             for part in parts {
-                forecast.add(part, textures, &settings(options, part))?;
+                forecast.add(part, textures, &settings(options, part), device, console)?;
             }
             anyhow::Ok(forecast)
         })?;
@@ -573,6 +597,7 @@ fn bake_parts(
     options: &BakeOptions,
     making: Making,
     mut dump: Option<&mut Vec<NewFile>>,
+    device: &Device,
     console: &Console,
 ) -> Result<Vec<Baked>> {
     let name = options.scene.name();
@@ -587,11 +612,17 @@ fn bake_parts(
         }
         let settings = settings(options, part);
         let made = match making {
-            Making::Layered { bytes_per_quad } => {
-                layered::bake(&name, part, textures, &settings, bytes_per_quad, console)?
-            }
+            Making::Layered { bytes_per_quad } => layered::bake(
+                &name,
+                part,
+                textures,
+                &settings,
+                bytes_per_quad,
+                device,
+                console,
+            )?,
             Making::Tdm { enlarged } => {
-                tdm::bake(&name, part, textures, &settings, enlarged, console)?
+                tdm::bake(&name, part, textures, &settings, enlarged, device, console)?
             }
         };
         let Some((one, layers)) = made else {

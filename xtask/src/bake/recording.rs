@@ -1,6 +1,8 @@
 //! What all techniques begin with: layers are placed and recorded, and what cannot be seen is culled
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, sections 3.3 and 3.4).
 
+use crate::console::Console;
+use crate::device::Device;
 use crate::view_cell;
 use anyhow::Result;
 use farfield_bundle::{Channels, LayerRecord, LayeredBody};
@@ -49,9 +51,16 @@ pub(crate) struct Layers {
 /// # Errors
 ///
 /// As for [`place`].
-pub(crate) fn is_seen(scene: &Scene, textures: &Textures<'_>, settings: &Settings) -> Result<bool> {
+pub(crate) fn is_seen(
+    scene: &Scene,
+    textures: &Textures<'_>,
+    settings: &Settings,
+    device: &Device,
+    console: &Console,
+) -> Result<bool> {
     let stack = place(scene, settings)?;
-    let recording = record_layers(scene, textures, &stack, &settings.cell, settings.foliage);
+    let Settings { cell, foliage, .. } = settings;
+    let recording = device.record(scene, textures, &stack, cell, *foliage, console);
     Ok(!recording.samples.is_empty())
 }
 

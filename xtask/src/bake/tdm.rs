@@ -7,6 +7,7 @@ use super::recording::{Layers, Settings, description, recording_camera};
 use super::sights::{Sights, with_squares};
 use super::voxelize::{Voxels, voxelize};
 use crate::console::Console;
+use crate::device::Device;
 use crate::parts::Part;
 use anyhow::{Context, Result, bail};
 use farfield_atlas::{Atlas, pack};
@@ -29,6 +30,7 @@ pub(super) fn bake(
     textures: &Textures<'_>,
     settings: &Settings,
     enlarged: f64,
+    device: &Device,
     console: &Console,
 ) -> Result<Option<(Baked, Layers)>> {
     if settings.channels == Channels::Pbr {
@@ -38,7 +40,7 @@ pub(super) fn bake(
         );
     }
     let scene = &*part.scene;
-    let Some(voxels) = voxelize(scene, textures, settings, console)? else {
+    let Some(voxels) = voxelize(scene, textures, settings, device, console)? else {
         return Ok(None);
     };
     let Voxels {

@@ -1,7 +1,8 @@
 //! The recorded layers as voxels: what meshes are made for.
 
-use super::recording::{Layers, Settings, place, reached, record_layers, shows_backs, visible};
+use super::recording::{Layers, Settings, place, reached, shows_backs, visible};
 use crate::console::Console;
+use crate::device::Device;
 use crate::voxels::{Projection, VoxelGrid};
 use anyhow::Result;
 use farfield_grid::BitMask;
@@ -41,6 +42,7 @@ pub fn voxelize(
     scene: &Scene,
     textures: &Textures<'_>,
     settings: &Settings,
+    device: &Device,
     console: &Console,
 ) -> Result<Option<Voxels>> {
     let stack = console.stage("place", || place(scene, settings))?;
@@ -48,7 +50,8 @@ pub fn voxelize(
         let Settings {
             cell, hull, camera, ..
         } = settings;
-        let mut recording = record_layers(scene, textures, &stack, cell, settings.foliage);
+        let foliage = settings.foliage;
+        let mut recording = device.record(scene, textures, &stack, cell, foliage, console);
         // Nobody looks through a back from behind, so whoever could has been stopped before.
         if !shows_backs(scene, textures, cell, hull, camera) {
             recording

@@ -28,6 +28,7 @@ pub use surface::SurfaceBias;
 pub use totals::Place;
 
 use crate::console::Console;
+use crate::device::Device;
 use crate::parts::{Part, parts};
 use crate::{bake, opened};
 use anyhow::{Context, Result, bail};
@@ -75,6 +76,21 @@ const CHUNK: u64 = 64;
 /// When the bundle is damaged or says what cannot be, or the original is not there or not the one
 /// that was baked.
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
+    verify_on(options, &Device::cpu(), console)
+}
+
+/// Verifies a bundle. The device records the layers that tell whether the view space sees a part of the
+/// original that there is no impostor for; its pictures would not prove what those of the CPU do, as
+/// what a GPU shows at the edges of triangles depends on it.
+///
+/// # Errors
+///
+/// As for [`verify`]; not when a GPU fails, as the CPU goes on then.
+pub fn verify_on(
+    options: &VerifyOptions,
+    device: &Device,
+    console: &Console,
+) -> Result<VerifyReport> {
     let dir = &options.dir;
     let manifest = opened::manifest(dir, console)?;
     let scene = options.scene.as_deref();
@@ -93,7 +109,8 @@ pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport
     };
     let parts = parts(&original, space, &lens).with_context(in_manifest)?;
     let of_original = Textures::new(&original);
-    let parts = parts_that_are_seen(&manifest, parts, &of_original).with_context(in_manifest)?;
+    let parts = parts_that_are_seen(&manifest, parts, &of_original, device, console);
+    let parts = parts.with_context(in_manifest)?;
     let quads = quads_of_each(dir, &display, &manifest)?;
     let of_quads: Vec<_> = quads.iter().map(|quads| Textures::new(quads)).collect();
     let quads = quads.iter().zip(&of_quads);
@@ -256,13 +273,15 @@ fn parts_that_are_seen<'a>(
     manifest: &Manifest,
     parts: Vec<Part<'a>>,
     original: &Textures<'_>,
+    device: &Device,
+    console: &Console,
 ) -> Result<Vec<Part<'a>>> {
     let stated: Vec<_> = manifest.impostors.iter().map(|one| one.side).collect();
     let mut seen = Vec::new();
     for part in parts {
         let is_needed = stated.contains(&part.side) || {
             let settings = subject::settings(manifest, &part);
-            bake::recording::is_seen(&part.scene, original, &settings)?
+            bake::recording::is_seen(&part.scene, original, &settings, device, console)?
         };
         if is_needed {
             seen.push(part);
