@@ -1,7 +1,7 @@
 //! What goes wrong is told, and nothing panics.
 
 use crate::setup::{cameras, gpu};
-use farfield_gpu::{Display, GpuError, GpuScene, IdBuffers, wgpu};
+use farfield_gpu::{Display, GpuError, GpuScene, IdBuffers, LayerSearch, wgpu};
 use farfield_grid::Grid;
 use farfield_scene::{Image, Scene};
 use farfield_views::Camera;
@@ -14,6 +14,7 @@ fn a_lost_device_is_an_error_everywhere() {
     let uploaded = GpuScene::new(&gpu, &scene).unwrap();
     let ids = IdBuffers::new(&gpu).unwrap();
     let display = Display::new(&gpu, Display::OFFSCREEN).unwrap();
+    let search = LayerSearch::new(&gpu).unwrap();
     let (cameras, all) = (cameras(&scene, 32), uploaded.all());
     let light = crate::display::light();
     assert!(ids.see(&gpu, &uploaded, &all, &cameras).is_ok());
@@ -39,8 +40,12 @@ fn a_lost_device_is_an_error_everywhere() {
         display
             .draw(&gpu, &uploaded, &all, &cameras[0], &light, &target)
             .err(),
+        search
+            .find(&gpu, &scene, &cameras[0], &[1.0, 2.0], &[])
+            .err(),
         GpuScene::new(&gpu, &scene).err(),
         IdBuffers::new(&gpu).err(),
+        LayerSearch::new(&gpu).err(),
         Display::new(&gpu, Display::OFFSCREEN).err(),
     ];
     for error in errors {

@@ -1,5 +1,6 @@
 //! The GPU backend against the CPU's pictures, which are the reference.
 
+mod bakes;
 mod display;
 mod errors;
 mod ids;
