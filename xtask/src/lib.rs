@@ -5,6 +5,7 @@ mod built_in;
 mod console;
 mod drawn;
 mod dump;
+mod inside;
 mod opened;
 mod orbit;
 mod outliers;
@@ -20,7 +21,8 @@ mod voxels;
 
 pub use bake::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BitfieldsReport, HELD_BACK,
-    ImpostorReport, Limits, Making, SampleChoice, auto, bake, bake_bitfields, recording, voxelize,
+    HELD_BACK_INSIDE, ImpostorReport, Limits, Making, SampleChoice, SeenFrom, auto, bake,
+    bake_bitfields, recording, voxelize,
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};

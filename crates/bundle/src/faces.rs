@@ -112,11 +112,12 @@ impl FaceLists {
         }
         self.check_surface()?;
         let viewpoints = self.viewpoints.len();
-        require(
-            viewpoints == body.viewpoints as usize,
-            "viewpoints",
-            || format!("are {viewpoints}, but the manifest says {}", body.viewpoints),
-        )?;
+        require(viewpoints == body.viewpoints as usize, "viewpoints", || {
+            format!(
+                "are {viewpoints}, but the manifest says {}",
+                body.viewpoints
+            )
+        })?;
         lists::check(self.lists(), &self.parts, body, "faces")
     }
 
