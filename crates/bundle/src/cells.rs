@@ -54,6 +54,10 @@ pub struct CellRecord {
 
 impl CellLists {
     /// The file's text: one line for each cell.
+    ///
+    /// # Panics
+    ///
+    /// Never: whole numbers are JSON.
     pub fn to_json(&self) -> String {
         let text = |value: serde_json::Result<String>| value.expect("whole numbers are JSON");
         let cells = self.cells.iter();
