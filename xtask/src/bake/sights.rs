@@ -8,25 +8,24 @@ use farfield_metrics::{LayersSeen, NONE, greatest_of_nine};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
 use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, shrunk, squares};
-use farfield_views::Camera;
+use farfield_views::{Camera, random_point};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// Viewpoints from which is looked first, at the middles of pixels only: corners, edges and faces of the
+/// Viewpoints from which is looked first, at the middles of pixels: corners, edges and faces of the
 /// cell, and within.
 const FIRST: Range<u64> = 0..150;
 
-/// Viewpoints from which is looked then, between them as well.
-const OTHERS: Range<u64> = 150..750;
+/// Viewpoints from which is looked then, from each at another place in all pixels.
+///
+/// Holes are narrow, and seen from few directions: as many pictures find more of them from as many
+/// viewpoints than several from each.
+const OTHERS: Range<u64> = 150..4050;
 
 /// So many of these at a time: what is closed for some need not be found by others.
 const AT_A_TIME: u64 = 60;
-
-/// How far beside the middles of pixels is looked along each axis, in pixels: holes that are narrower
-/// than a pixel are found from fewer viewpoints.
-const BETWEEN: [f64; 2] = [-0.25, 0.25];
 
 /// How far around gaps squares are put, in voxels along each axis: in the voxel itself, then farther, and
 /// at last given up.
@@ -60,17 +59,17 @@ impl Sights<'_> {
         index: &VoxelIndex,
     ) -> BTreeSet<u32> {
         let others = OTHERS.step_by(AT_A_TIME as usize);
-        let others = others.map(|first| (first..first + AT_A_TIME, &BETWEEN[..]));
+        let others = others.map(|first| first..(first + AT_A_TIME).min(OTHERS.end));
         let mut open = BTreeSet::new();
         let shrunk = shrunk(mesh, MARGIN);
-        for (viewpoints, beside) in std::iter::once((FIRST, &[0.0][..])).chain(others) {
+        for viewpoints in std::iter::once(FIRST).chain(others) {
             let mut viewpoints: Vec<u64> = viewpoints.collect();
             for reach in REACHES {
                 if viewpoints.is_empty() {
                     break;
                 }
                 let closed = with_squares(&shrunk, voxels, &open);
-                let gaps = self.gaps(&viewpoints, beside, &closed);
+                let gaps = self.gaps(&viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
                 viewpoints = gaps.into_iter().map(|(viewpoint, _)| viewpoint).collect();
@@ -84,7 +83,6 @@ impl Sights<'_> {
     fn gaps(
         &self,
         viewpoints: &[u64],
-        beside: &[f64],
         (positions, triangles): &(Vec<Vec3>, Vec<[u32; 3]>),
     ) -> Vec<(u64, Vec3)> {
         let Settings {
@@ -100,20 +98,16 @@ impl Sights<'_> {
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
             let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
-            let aside = beside
-                .iter()
-                .flat_map(|y| beside.iter().map(|x| DVec2::new(*x, *y)));
-            let gaps = aside.flat_map(|aside| {
-                let shifted = view.shifted(aside);
-                let shown = rasterize(&mesh, &mesh_textures, &shifted).depth;
-                self.open(aside, [&view, &shifted], [&original, &shown], &farthest)
-            });
+            let aside = aside(index);
+            let shifted = view.shifted(aside);
+            let shown = rasterize(&mesh, &mesh_textures, &shifted).depth;
+            let gaps = self.open(aside, [&view, &shifted], [&original, &shown], &farthest);
             let place = |[x, y]: [usize; 2]| {
                 let in_view = view.view_from_pixel(middle([x, y]), original[(x, y)]);
                 let point = view.pose.point_in_world(in_view);
                 self.projection.place(point).as_vec3()
             };
-            gaps.map(|at| (index, place(at))).collect()
+            gaps.into_iter().map(|at| (index, place(at))).collect()
         };
         let views: Vec<Vec<(u64, Vec3)>> = viewpoints.par_iter().map(of_view).collect();
         views.concat()
@@ -143,6 +137,14 @@ impl Sights<'_> {
         // What lies before the farthest around is no gap, and quick to tell.
         let suspect = |[x, y]: &[usize; 2]| shown[(*x, *y)] > farthest[(*x, *y)];
         pixels.filter(suspect).filter(is_gap).collect()
+    }
+}
+
+/// How far from the middle of pixels is looked from a viewpoint, in pixels.
+fn aside(viewpoint: u64) -> DVec2 {
+    match FIRST.contains(&viewpoint) {
+        true => DVec2::ZERO,
+        false => random_point(viewpoint, SEED).truncate() - 0.5,
     }
 }
 
