@@ -107,11 +107,11 @@ impl Inside {
         }
     }
 
-    /// View `index` of an endless sequence, another one for each seed: from the corners of the box, the
-    /// middles of its edges and faces, then from points that fill it evenly; each looks somewhere else.
+    /// View `index` of an endless sequence, another one for each seed: from the borders of the box and from
+    /// within, each in another direction.
     pub(crate) fn view(&self, index: u64, seed: u64) -> Camera {
         let direction = direction_at(random_point(index, seed ^ AIM_SEED).truncate());
-        self.camera(self.cell().viewpoint(index, seed), direction)
+        self.camera(self.cell().viewpoint_to_border(index, seed), direction)
     }
 
     /// Six cameras that see all around, in pixels `finer` times as fine as those of pictures where

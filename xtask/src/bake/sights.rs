@@ -8,7 +8,7 @@ use farfield_metrics::{LayersSeen, NONE, greatest_of_nine};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
 use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, shrunk, squares};
-use farfield_views::{Camera, random_point};
+use farfield_views::{Camera, ViewCell, lattice_viewpoints, random_point};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -94,7 +94,7 @@ impl Sights<'_> {
         let mesh = bare(&world, triangles, center);
         let mesh_textures = Textures::new(&mesh);
         let of_view = |&index: &u64| {
-            let eye = cell.viewpoint(index, SEED);
+            let eye = viewpoint(cell, index);
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
             let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
@@ -137,6 +137,15 @@ impl Sights<'_> {
         // What lies before the farthest around is no gap, and quick to tell.
         let suspect = |[x, y]: &[usize; 2]| shown[(*x, *y)] > farthest[(*x, *y)];
         pixels.filter(suspect).filter(is_gap).collect()
+    }
+}
+
+/// From where is looked: first from corners, edges and faces of the cell, then from more of these and
+/// from within.
+fn viewpoint(cell: &ViewCell, index: u64) -> DVec3 {
+    match lattice_viewpoints().get(index as usize) {
+        Some(fractions) => cell.point(*fractions),
+        None => cell.viewpoint_to_border(index, SEED),
     }
 }
 

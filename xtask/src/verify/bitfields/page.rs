@@ -118,8 +118,7 @@ pub(super) fn page(sources: &Sources<'_>) -> Result<String> {
         },
         spread: match space {
             ViewSpace::Inside { .. } => {
-                "at the corners, edges and faces of the view cell and evenly in it, each in another \
-                 direction"
+                "spread evenly over the view cell and its borders, each in another direction"
             }
             _ => "spread evenly over all directions and distances",
         },
