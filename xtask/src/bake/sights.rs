@@ -7,7 +7,7 @@ use farfield_layers::LayerStack;
 use farfield_metrics::{LayersSeen, NONE, greatest_of_nine};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
-use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, shrunk, squares};
+use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, rectangles, shrunk};
 use farfield_views::{Camera, ViewCell, lattice_viewpoints, random_point};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -68,7 +68,7 @@ impl Sights<'_> {
                 if viewpoints.is_empty() {
                     break;
                 }
-                let closed = with_squares(&shrunk, voxels, &open);
+                let closed = with_rectangles(&shrunk, voxels, &open);
                 let gaps = self.gaps(&viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
@@ -168,17 +168,17 @@ fn middle([x, y]: [usize; 2]) -> DVec2 {
     DVec2::new(x as f64, y as f64) + 0.5
 }
 
-/// Vertices and triangles of a mesh, and after them those of the squares of some voxels.
-pub(super) fn with_squares(
+/// Vertices and triangles of a mesh, and after them those of the rectangles that some voxels make.
+pub(super) fn with_rectangles(
     mesh: &Mesh,
     voxels: &VoxelLayers<'_>,
     chosen: &BTreeSet<u32>,
 ) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut positions, mut triangles) = (mesh.positions.clone(), mesh.triangles.clone());
     let first = positions.len() as u32;
-    let (corners, squares) = squares(voxels, chosen);
+    let (corners, rectangles) = rectangles(voxels, chosen);
     positions.extend(corners);
-    triangles.extend(squares.iter().map(|square| square.map(|v| first + v)));
+    triangles.extend(rectangles.iter().map(|half| half.map(|v| first + v)));
     (positions, triangles)
 }
 
