@@ -52,11 +52,47 @@ pub(crate) fn tables() {
     lookups(&sampled);
 }
 
-/// Prints the table of samples at two distances, judged by pictures at any between.
+/// Prints the tables of samples at two distances, judged by pictures at any between.
 pub(crate) fn distances_table() {
     for model in models::read(&MODELS) {
         let model = Numbered::new(model.name, model.scene);
+        ranges_table(&model);
         views_table(&[sample(&model, [model.distances(); 2])]);
+    }
+}
+
+/// What ranges of distances cost: from where pictures just hold the model to where id buffers do, to twice
+/// and to four times as far.
+fn ranges_table(model: &Numbered) {
+    println!(
+        "\n{}, {SAMPLES} samples at either end of a range of distances, united by six; distances in radii \
+         of the model.\n",
+        model.name
+    );
+    println!("| nearest | farthest | culled | missed |\n|---|---|---|---|");
+    let [nearest, of_buffers] = [[PICTURE; 2], BUFFER].map(|size| model.distance(size));
+    for farthest in [of_buffers, 2.0 * nearest, 4.0 * nearest] {
+        let distances = Distances {
+            nearest,
+            farthest,
+            samples: 2,
+        };
+        let Sampled {
+            faces,
+            sets,
+            pictures,
+            ..
+        } = sample(model, [distances; 2]);
+        let united = face_sets(&faces, &sets, Samples::Six);
+        let share = culled_share(&FaceRanges::from_sets(&united), model.primitives);
+        let missed = missed(&pictures, &faces, &united);
+        let [half, most, worst] = [0.5, 0.95, 1.0].map(|share| percentile(&missed, share));
+        println!(
+            "| {:.2} | {:.2} | {:.1} % | {half}, {most}, {worst} |",
+            nearest / model.radius,
+            farthest / model.radius,
+            100.0 * share
+        );
     }
 }
 

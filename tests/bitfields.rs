@@ -3,25 +3,38 @@
 use crate::setup::{contents, model, verified, write_glb};
 use crate::shapes;
 use farfield_bundle::{
-    BitfieldsBody, Body, CERTIFICATE_FILE, FACES_FILE, FaceLists, GLTF_FILE, MANIFEST_FILE,
-    Manifest, NewFile, encode_png, glb_from_scene, read_faces,
+    BitfieldsBody, Body, CELLS_FILE, CERTIFICATE_FILE, FACES_FILE, FaceLists, GLTF_FILE,
+    MANIFEST_FILE, Manifest, NewFile, encode_png, glb_from_scene, read_cells, read_faces,
 };
 use farfield_scene::{AlphaMode, Filter, Image, Material, Object, Scene, Texture, Wrap};
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::{
-    BakeReport, BitfieldsOptions, BuiltIn, Console, SampleChoice, SceneChoice, VerifyOptions,
-    bake_bitfields, verify,
+    BakeReport, BitfieldsOptions, BuiltIn, Console, SampleChoice, SceneChoice, SeenFrom,
+    VerifyOptions, bake_bitfields, verify,
 };
 
 /// A bake for small pictures that is judged by few views.
 fn options(scene: SceneChoice, out: &Path) -> BitfieldsOptions {
     BitfieldsOptions {
         resolution: 96,
-        held_back: 64,
+        held_back: Some(64),
         out: Some(out.to_owned()),
         ..BitfieldsOptions::new(scene)
+    }
+}
+
+fn around(distances: Option<[f64; 2]>, samples: SampleChoice) -> SeenFrom {
+    SeenFrom::Around { distances, samples }
+}
+
+/// A box through the boxes: from its ends their front and their back are seen.
+fn inside(cells: [u32; 3]) -> SeenFrom {
+    SeenFrom::Inside {
+        center: DVec3::splat(2.0),
+        size: DVec3::new(1.0, 1.0, 40.0),
+        cells,
     }
 }
 
@@ -252,8 +265,8 @@ fn the_house_holds() {
 fn given_samples_promise_what_was_measured() {
     let culled = [8, 40].map(|samples| {
         let baked = Baked::of(&boxes(), |options| {
-            options.samples = SampleChoice::Even(samples);
-            options.held_back = 128;
+            options.seen_from = around(None, SampleChoice::Even(samples));
+            options.held_back = Some(128);
         });
         let found = baked.report.bitfields.unwrap();
         assert_eq!(found.viewpoints, samples);
@@ -273,16 +286,16 @@ fn given_samples_promise_what_was_measured() {
 fn listed_viewpoints_are_the_samples() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("viewpoints.txt");
-    let around: Vec<String> = (0..20)
+    let points: Vec<String> = (0..20)
         .map(|i| {
             let direction = farfield_views::sphere_direction(i, 20);
             let [x, y, z] = (DVec3::splat(2.0) + direction * (12.0 + f64::from(i))).to_array();
             format!("{x} {y} {z}")
         })
         .collect();
-    fs::write(&file, format!("# x y z\n{}\n", around.join("\n"))).unwrap();
+    fs::write(&file, format!("# x y z\n{}\n", points.join("\n"))).unwrap();
     let baked = Baked::of(&boxes(), |options| {
-        options.samples = SampleChoice::Listed(file);
+        options.seen_from = around(None, SampleChoice::Listed(file));
     });
     assert_eq!(baked.lists().viewpoints.len(), 20);
     let farfield_bundle::ViewSpace::Shell { near, far, .. } = baked.manifest().options.view_space
@@ -294,6 +307,70 @@ fn listed_viewpoints_are_the_samples() {
         "{near} {far}"
     );
     assert!(verified(&baked.dir(), 64).holds);
+}
+
+/// From view cells before the boxes their backs are not drawn, from those behind not their fronts; a pane
+/// of glass is, from all; and whoever looks finds nothing missing.
+#[test]
+fn view_cells_hold() {
+    let baked = Baked::of(&boxes(), |options| {
+        options.seen_from = inside([1, 1, 5]);
+        options.held_back = Some(8);
+    });
+    let found = baked.report.bitfields.unwrap();
+    assert_eq!(found.lists, 5);
+    assert!(found.culled > 0.6, "{}", found.culled);
+    let lists = read_cells(&baked.dir(), &baked.manifest()).expect("the lists are sound");
+    // 12 triangles of glass, the next to last material.
+    let [.., glass, fence, _] = lists.parts[..] else {
+        panic!("there are four parts");
+    };
+    assert_eq!(fence - glass, 12);
+    for cell in &lists.cells {
+        assert!(cell.draw.contains(&[glass, fence]));
+    }
+    assert!(lists.cells[0] != lists.cells[4]);
+    let report = verified(&baked.dir(), 96);
+    assert!(report.holds, "{:?}", report.broken);
+    assert!(report.covered_pixels > 0);
+}
+
+/// A range that is lost from a cell's list is found.
+#[test]
+fn a_range_lost_from_a_cell_is_found() {
+    let baked = Baked::of(&boxes(), |options| {
+        options.seen_from = inside([1; 3]);
+        options.held_back = Some(8);
+    });
+    let mut manifest = baked.manifest();
+    let mut lists = read_cells(&baked.dir(), &manifest).unwrap();
+    lists.cells[0].draw.remove(0);
+    if let Body::Bitfields(body) = &mut manifest.impostors[0].body {
+        let draw = &lists.cells[0].draw;
+        let drawn: u32 = draw.iter().map(|[first, end]| end - first).sum();
+        body.ranges = draw.len() as u64;
+        body.most_ranges = draw.len() as u32;
+        body.culled = 1.0 - f64::from(drawn) / body.triangles as f64;
+    }
+    let kept = manifest.files.iter().filter(|file| file.path != CELLS_FILE);
+    let mut files: Vec<NewFile> = kept
+        .map(|file| NewFile {
+            path: file.path.clone(),
+            bytes: fs::read(baked.dir().join(&file.path)).unwrap(),
+        })
+        .collect();
+    files.push(NewFile {
+        path: CELLS_FILE.into(),
+        bytes: lists.to_json().into_bytes(),
+    });
+    farfield_bundle::write(&baked.dir(), &manifest, &files).unwrap();
+    let report = verified(&baked.dir(), 64);
+    assert!(!report.holds);
+    assert!(
+        report.broken[0].contains("miss more than"),
+        "{:?}",
+        report.broken
+    );
 }
 
 /// One triangle, seen from one side: half of the faces draw nothing.
@@ -474,32 +551,22 @@ fn wrong_options_are_refused() {
     let path = write_glb(&boxes(), folder.path());
     let out = folder.path().join("bundle");
     let sound = options(SceneChoice::File(path), &out);
-    let cases: [(&str, BitfieldsOptions); 6] = [
+    let cases: [(&str, BitfieldsOptions); 9] = [
         (
-            "not in order",
+            "--cells 3,0,1",
             BitfieldsOptions {
-                distances: Some([40.0, 20.0]),
+                seen_from: inside([3, 0, 1]),
                 ..sound.clone()
             },
         ),
         (
-            "inside of the scene",
+            "a height",
             BitfieldsOptions {
-                distances: Some([1.0, 20.0]),
-                ..sound.clone()
-            },
-        ),
-        (
-            "from 4 to",
-            BitfieldsOptions {
-                samples: SampleChoice::Even(0),
-                ..sound.clone()
-            },
-        ),
-        (
-            "no/such/file",
-            BitfieldsOptions {
-                samples: SampleChoice::Listed("no/such/file".into()),
+                seen_from: SeenFrom::Inside {
+                    center: DVec3::ZERO,
+                    size: DVec3::new(1.0, 0.0, 1.0),
+                    cells: [1; 3],
+                },
                 ..sound.clone()
             },
         ),
@@ -507,7 +574,43 @@ fn wrong_options_are_refused() {
             "pixels wide",
             BitfieldsOptions {
                 fov_degrees: 0.01,
-                distances: Some([20.0, 40.0]),
+                seen_from: inside([1; 3]),
+                ..sound.clone()
+            },
+        ),
+        (
+            "not in order",
+            BitfieldsOptions {
+                seen_from: around(Some([40.0, 20.0]), SampleChoice::Adaptive),
+                ..sound.clone()
+            },
+        ),
+        (
+            "inside of the scene",
+            BitfieldsOptions {
+                seen_from: around(Some([1.0, 20.0]), SampleChoice::Adaptive),
+                ..sound.clone()
+            },
+        ),
+        (
+            "from 4 to",
+            BitfieldsOptions {
+                seen_from: around(None, SampleChoice::Even(0)),
+                ..sound.clone()
+            },
+        ),
+        (
+            "no/such/file",
+            BitfieldsOptions {
+                seen_from: around(None, SampleChoice::Listed("no/such/file".into())),
+                ..sound.clone()
+            },
+        ),
+        (
+            "pixels wide",
+            BitfieldsOptions {
+                fov_degrees: 0.01,
+                seen_from: around(Some([20.0, 40.0]), SampleChoice::Adaptive),
                 ..sound.clone()
             },
         ),
@@ -534,8 +637,8 @@ fn real_models_hold() {
         let folder = tempfile::tempdir().unwrap();
         let options = BitfieldsOptions {
             resolution: 255,
-            held_back: 64,
-            samples: SampleChoice::Even(25),
+            held_back: Some(64),
+            seen_from: around(None, SampleChoice::Even(25)),
             ..options(SceneChoice::File(path), &folder.path().join("bundle"))
         };
         let found = baked(&options).bitfields.unwrap();

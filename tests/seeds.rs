@@ -118,7 +118,7 @@ fn bundles() -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let dir = folder.path().join("bitfields");
     let options = BitfieldsOptions {
         resolution: 16,
-        held_back: 16,
+        held_back: Some(16),
         out: Some(dir.clone()),
         ..BitfieldsOptions::new(SceneChoice::File(scene))
     };

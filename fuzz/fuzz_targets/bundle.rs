@@ -72,7 +72,7 @@ static GOOD: LazyLock<Good> = LazyLock::new(|| {
     let dir = folder.path().join("bitfields");
     let options = BitfieldsOptions {
         resolution: 16,
-        held_back: 16,
+        held_back: Some(16),
         out: Some(dir.clone()),
         ..BitfieldsOptions::new(SceneChoice::File(scene))
     };

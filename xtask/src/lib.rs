@@ -6,6 +6,7 @@ mod console;
 mod device;
 mod drawn;
 mod dump;
+mod inside;
 mod opened;
 mod orbit;
 mod outliers;
@@ -21,8 +22,8 @@ mod voxels;
 
 pub use bake::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BitfieldsReport, HELD_BACK,
-    ImpostorReport, Limits, Making, SampleChoice, auto, bake, bake_bitfields, bake_on, recording,
-    voxelize,
+    HELD_BACK_INSIDE, ImpostorReport, Limits, Making, SampleChoice, SeenFrom, auto, bake,
+    bake_bitfields, bake_on, recording, voxelize,
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};

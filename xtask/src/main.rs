@@ -8,9 +8,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
-    DeviceChoice, Foliage, Limits, Making, SampleChoice, SceneChoice, VerifyOptions, VerifyReport,
-    ViewCellSpec, ViewOptions, bake_bitfields, bake_on, export, page_content, page_program,
-    require_export, serve, verify_on,
+    DeviceChoice, Foliage, Limits, Making, SampleChoice, SceneChoice, SeenFrom, VerifyOptions,
+    VerifyReport, ViewCellSpec, ViewOptions, bake_bitfields, bake_on, export, page_content,
+    page_program, require_export, serve, verify_on,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -45,6 +45,8 @@ struct BakeArgs {
     /// shaft:dx,dy,dz:half_angle:min[:max] (direction from the scene's centre to the viewers,
     /// degrees, distances in metres).
     /// Without, objects far from all else and domes around it are left out, with a warning.
+    /// Of bitfields a box, which may lie amid the scene, and the viewer looks anywhere; without, the
+    /// viewer is around the scene.
     /// [default: a cube of half the scene's largest extent, one extent before its +Z side]
     #[arg(long, value_name = "SPEC", allow_hyphen_values = true)]
     view_cell: Option<ViewCellSpec>,
@@ -102,12 +104,17 @@ struct BakeArgs {
     #[arg(long, value_name = "MIN:MAX", value_parser = range)]
     distances: Option<[f64; 2]>,
     /// Of bitfields, how many views, that the samples were not taken from, judge them: without --samples
-    /// so many one after another must miss nothing. [default: 1000]
+    /// so many one after another must miss nothing. [default: 3000, and with a view cell 50 in each of
+    /// its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
     /// What records layers. The bundle is the same on all.
     #[arg(long, value_enum, default_value_t = DeviceArg::DEFAULT)]
     device: DeviceArg,
+    /// Of bitfields with a --view-cell, into how many cells along x, y and z that box is cut, each with a
+    /// list of what is drawn. [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", requires = "view_cell", value_parser = counts)]
+    cells: Option<[u32; 3]>,
     /// Verifies the bundle from 256 viewpoints, as `verify` does.
     #[arg(long)]
     verify: bool,
@@ -251,7 +258,7 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
         Technique::Layered | Technique::Tdm | Technique::Auto => args.device.open()?,
     };
     let report = match args.technique {
-        Technique::Bitfields => bake_bitfields(&bitfields_options(args), &Console::Stderr)?,
+        Technique::Bitfields => bake_bitfields(&bitfields_options(args)?, &Console::Stderr)?,
         Technique::Layered | Technique::Tdm | Technique::Auto => {
             bake_on(&impostor_options(args), &device, &Console::Stderr)?
         }
@@ -281,7 +288,6 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
 /// Refuses what the technique that is asked for would ignore.
 fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
     let of_impostors = [
-        ("--view-cell", args.view_cell.is_some()),
         ("--far", args.far.is_some()),
         ("--views-around", args.views_around.is_some()),
         ("--bytes-per-quad", args.bytes_per_quad.is_some()),
@@ -298,6 +304,7 @@ fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
         ("--samples", args.samples.is_some()),
         ("--distances", args.distances.is_some()),
         ("--held-back", args.held_back.is_some()),
+        ("--cells", args.cells.is_some()),
     ];
     let given = |options: &[(&'static str, bool)]| {
         let given = options.iter().filter(|(_, is_given)| *is_given);
@@ -307,8 +314,8 @@ fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
         Technique::Bitfields => match given(&of_impostors) {
             none if none.is_empty() => Ok(()),
             some => anyhow::bail!(
-                "{some}: not for --technique bitfields, which draws the original geometry for viewers all \
-                 around, without layers, pages and view cells; leave this out, or choose another technique"
+                "{some}: not for --technique bitfields, which draws the original geometry, without layers \
+                 and pages; leave this out, or choose another technique"
             ),
         },
         Technique::Layered | Technique::Tdm | Technique::Auto => match given(&of_bitfields) {
@@ -322,18 +329,40 @@ fn scene_choice(named: Option<SceneChoice>) -> SceneChoice {
     named.unwrap_or(SceneChoice::BuiltIn(BuiltIn::default()))
 }
 
-fn bitfields_options(args: BakeArgs) -> BitfieldsOptions {
+fn bitfields_options(args: BakeArgs) -> anyhow::Result<BitfieldsOptions> {
     let options = BitfieldsOptions::new(scene_choice(args.scene));
-    BitfieldsOptions {
+    let seen_from = match args.view_cell {
+        None => SeenFrom::Around {
+            distances: args.distances,
+            samples: args.samples.unwrap_or(SampleChoice::Adaptive),
+        },
+        Some(ViewCellSpec::Box { center, size }) => {
+            if args.distances.is_some() || args.samples.is_some() {
+                anyhow::bail!(
+                    "--distances and --samples are for viewers all around the scene: leave them out, or \
+                     --view-cell"
+                );
+            }
+            SeenFrom::Inside {
+                center,
+                size,
+                cells: args.cells.unwrap_or([1; 3]),
+            }
+        }
+        Some(ViewCellSpec::Shaft { .. }) => anyhow::bail!(
+            "the view cell of --technique bitfields is a box: --view-cell box:cx,cy,cz:sx,sy,sz; leave it \
+             out for viewers all around the scene"
+        ),
+    };
+    Ok(BitfieldsOptions {
         exclude: args.exclude,
         resolution: args.resolution,
         fov_degrees: args.fov,
-        distances: args.distances,
-        samples: args.samples.unwrap_or(SampleChoice::Adaptive),
-        held_back: args.held_back.unwrap_or(options.held_back),
+        seen_from,
+        held_back: args.held_back,
         out: args.out,
         ..options
-    }
+    })
 }
 
 fn impostor_options(args: BakeArgs) -> BakeOptions {
@@ -460,6 +489,12 @@ fn range(text: &str) -> Result<[f64; 2], String> {
         .split_once(':')
         .ok_or("distances are MIN:MAX, such as 2:10")?;
     Ok([positive(min)?, positive(max)?])
+}
+
+fn counts(text: &str) -> Result<[u32; 3], String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.parse().ok()).collect();
+    let counts = numbers.and_then(|numbers| <[u32; 3]>::try_from(numbers).ok());
+    counts.ok_or_else(|| "cells are three whole numbers X,Y,Z, such as 4,1,4".into())
 }
 
 fn enlargement(text: &str) -> Result<f64, String> {

@@ -86,7 +86,9 @@ pub(crate) fn parts<'a>(
             Side::ALL.into_iter().filter_map(cut).collect()
         }
         ViewSpace::Amid { .. } => bail!("only a box lies amid a scene"),
-        ViewSpace::Shell { .. } => bail!("a shell is for bitfields only"),
+        ViewSpace::Shell { .. } | ViewSpace::Inside { .. } => {
+            bail!("options.view_space is one for bitfields only")
+        }
     })
 }
 

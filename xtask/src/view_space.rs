@@ -150,6 +150,13 @@ pub(crate) fn describe(space: &ViewSpace) -> String {
             center.z,
             near * 3f64.sqrt()
         ),
+        ViewSpace::Inside {
+            view_cell,
+            cells: [x, y, z],
+        } => format!(
+            "cell {}, cut into {x} x {y} x {z}",
+            view_cell::describe(view_cell)
+        ),
         ViewSpace::Shell { center, near, far } => format!(
             "around {},{},{}, from {near:.6} m to {far:.6} m",
             center.x, center.y, center.z

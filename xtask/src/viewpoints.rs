@@ -2,7 +2,7 @@
 //! `verify`, its report and the viewer.
 
 use anyhow::{Result, bail};
-use farfield_views::{ViewCell, lattice_viewpoints, low_discrepancy_point};
+use farfield_views::{ViewCell, lattice_viewpoints, random_point};
 use glam::DVec3;
 
 /// Distinguishes these viewpoints from any that a bake may look from.
@@ -35,7 +35,7 @@ pub(crate) fn sight(hull: &[DVec3; 8], index: u64) -> DVec3 {
         None => DVec3::splat(0.5),
         Some(index) => match lattice.get(index as usize) {
             Some(fractions) => DVec3::ONE - *fractions,
-            None => low_discrepancy_point(index, AIM_SEED),
+            None => random_point(index, AIM_SEED),
         },
     };
     let along = |axis: usize, a: DVec3, b: DVec3| a.lerp(b, at[axis]);

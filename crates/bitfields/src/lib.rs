@@ -34,6 +34,6 @@ pub use grid::CellGrid;
 pub use held_back::{Round, missed_pixels};
 pub use lookup::Lookup;
 pub use merged::{merge_directions, unite_merged};
-pub use parts::patches_in_parts;
+pub use parts::{cell_patches_in_parts, patches_in_parts};
 pub use patches::{PatchSettings, Patches, cell_patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};

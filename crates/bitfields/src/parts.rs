@@ -1,6 +1,6 @@
 //! Patches of a model that is drawn part by part.
 
-use crate::{Bitfield, FaceRanges, Patches, Triangulation, even_directions, patches};
+use crate::{Bitfield, FaceRanges, Patches, Triangulation, cell_patches, patches};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -27,12 +27,43 @@ pub fn patches_in_parts(
     parts: &[u32],
     most_primitives: u32,
 ) -> Patches {
+    in_parts(centers, sets, parts, most_primitives, |places, sets| {
+        patches(places, faces, sets, most_primitives)
+    })
+}
+
+/// Groups the primitives of each part of a model into patches for view cells, as [`cell_patches`]
+/// does, otherwise as [`patches_in_parts`].
+///
+/// * `cells` - the middle of each cell, in metres
+/// * `sets` - what each cell sees
+///
+/// # Panics
+///
+/// As for [`cell_patches`], and when the parts are not those of all primitives, in order.
+pub fn cell_patches_in_parts(
+    centers: &[Vec3],
+    cells: &[DVec3],
+    sets: &[Bitfield],
+    parts: &[u32],
+    most_primitives: u32,
+) -> Patches {
+    in_parts(centers, sets, parts, most_primitives, |places, sets| {
+        cell_patches(places, cells, sets, most_primitives)
+    })
+}
+
+/// * `grouped` - patches of some primitives, by their centres and what of them is seen
+fn in_parts(
+    centers: &[Vec3],
+    sets: &[Bitfield],
+    parts: &[u32],
+    most_primitives: u32,
+    grouped: impl Fn(&[Vec3], &[Bitfield]) -> Patches,
+) -> Patches {
     assert_parts(parts, centers.len() as u32);
     let mut seen = Bitfield::empty(centers.len() as u32);
     sets.iter().for_each(|set| seen.union_with(set));
-    // Nothing is known of what nobody sees: as if four faces saw all of it, only its places count.
-    let four = Triangulation::new(&even_directions(4), DVec3::ZERO);
-    let four = four.expect("four even directions are all around");
     let mut all = Patches {
         order: Vec::with_capacity(centers.len()),
         starts: vec![0],
@@ -43,16 +74,19 @@ pub fn patches_in_parts(
         let places =
             |ids: &[u32]| -> Vec<Vec3> { ids.iter().map(|id| centers[*id as usize]).collect() };
         let of_visible: Vec<Bitfield> = sets.iter().map(|set| picked(set, &visible)).collect();
-        let everything = Bitfield::from_ranges(
+        let of_hidden = Bitfield::from_ids(
             hidden.len() as u32,
-            std::slice::from_ref(&(0..hidden.len() as u32)),
+            &(0..hidden.len() as u32).collect::<Vec<u32>>(),
         );
-        let everything = vec![everything; four.faces().len()];
-        for (ids, faces, sets) in [
-            (&visible, faces, &of_visible),
-            (&hidden, &four, &everything),
-        ] {
-            let new = patches(&places(ids), faces, sets, most_primitives);
+        // Nothing is known of what nobody sees: as if one cell saw all of it, only its places count.
+        let hidden_patches = cell_patches(
+            &places(&hidden),
+            &[DVec3::ZERO],
+            &[of_hidden],
+            most_primitives,
+        );
+        let visible_patches = grouped(&places(&visible), &of_visible);
+        for (ids, new) in [(visible, visible_patches), (hidden, hidden_patches)] {
             let start = all.order.len() as u32;
             all.order
                 .extend(new.order.iter().map(|at| ids[*at as usize]));
@@ -166,7 +200,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Every primitive is in one patch of its part, seen or not, and no patch is too large.
+        /// Every primitive is in one patch of its part, seen or not, and no patch is too large, of
+        /// faces and of cells.
         #[test]
         fn patches_stay_in_their_parts(
             (faces, sets) in samples(),
@@ -178,22 +213,27 @@ mod tests {
             borders.sort_unstable();
             let sets = face_sets(&faces, &sets, Samples::Six);
             let centers: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
-            let patches = patches_in_parts(&centers, &faces, &sets, &borders, most);
-            for part in borders.windows(2) {
-                let places = part[0] as usize..part[1] as usize;
-                let mut ids = patches.order[places].to_vec();
-                ids.sort_unstable();
-                prop_assert!(ids.into_iter().eq(part[0]..part[1]));
-                prop_assert!(patches.starts.contains(&part[0]));
-            }
-            for patch in patches.starts.windows(2) {
-                prop_assert!(patch[0] < patch[1] && patch[1] - patch[0] <= most);
-                let is_seen = |at: &u32| {
-                    let id = patches.order[*at as usize];
-                    sets.iter().any(|set| set.contains(id))
-                };
-                let seen = (patch[0]..patch[1]).filter(is_seen).count() as u32;
-                prop_assert!(seen == 0 || seen == patch[1] - patch[0]);
+            let cells: Vec<DVec3> = (0..sets.len()).map(|i| DVec3::X * i as f64).collect();
+            for patches in [
+                patches_in_parts(&centers, &faces, &sets, &borders, most),
+                cell_patches_in_parts(&centers, &cells, &sets, &borders, most),
+            ] {
+                for part in borders.windows(2) {
+                    let places = part[0] as usize..part[1] as usize;
+                    let mut ids = patches.order[places].to_vec();
+                    ids.sort_unstable();
+                    prop_assert!(ids.into_iter().eq(part[0]..part[1]));
+                    prop_assert!(patches.starts.contains(&part[0]));
+                }
+                for patch in patches.starts.windows(2) {
+                    prop_assert!(patch[0] < patch[1] && patch[1] - patch[0] <= most);
+                    let is_seen = |at: &u32| {
+                        let id = patches.order[*at as usize];
+                        sets.iter().any(|set| set.contains(id))
+                    };
+                    let seen = (patch[0]..patch[1]).filter(is_seen).count() as u32;
+                    prop_assert!(seen == 0 || seen == patch[1] - patch[0]);
+                }
             }
         }
 

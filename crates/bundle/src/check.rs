@@ -2,7 +2,6 @@
 
 use crate::ManifestError;
 use crate::certificate::{CERTIFICATE_FILE, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate};
-use crate::faces::FACES_FILE;
 use crate::manifest::{
     BitfieldsBody, Body, FORMAT, GLTF_FILE, Impostor, LayeredBody, MANIFEST_FILE, Manifest,
     Samples, SceneSource, Technique, VERSION,
@@ -79,7 +78,7 @@ impl Manifest {
         self.check_files()
     }
 
-    /// Checks what is promised of missed pixels, and that a shell is around ID-bitfields.
+    /// Checks what is promised of missed pixels, and that ID-bitfields are seen from where they can be.
     fn check_missed(&self) -> Checked {
         let promise = &self.promise;
         if let Some(share) = promise.missed_share {
@@ -88,13 +87,13 @@ impl Manifest {
             })?;
         }
         let is_bitfields = matches!(self.technique, Technique::Bitfields { .. });
-        let is_shell = matches!(self.options.view_space, ViewSpace::Shell { .. });
+        let has_lists = self.options.view_space.lists_file().is_some();
         require(
-            is_bitfields == is_shell,
+            is_bitfields == has_lists,
             "options.view_space",
-            || match is_shell {
-                true => "is a shell, which is for bitfields only".into(),
-                false => "is no shell, which bitfields are seen from".into(),
+            || match has_lists {
+                true => "is one for bitfields only".into(),
+                false => "is none that bitfields are seen from".into(),
             },
         )?;
         match self.technique {
@@ -147,6 +146,16 @@ impl Manifest {
             require(is_of_technique, format_args!("{place}.body"), || {
                 format!("is not of the technique {}", self.technique.name())
             })?;
+            if let (&ViewSpace::Inside { cells, .. }, Body::Bitfields(body)) =
+                (&self.options.view_space, &impostor.body)
+            {
+                let count: u128 = cells.map(u128::from).into_iter().product();
+                require(
+                    u128::from(body.lists) == count,
+                    format_args!("{place}.body.lists"),
+                    || format!("are {} for {count} cells", body.lists),
+                )?;
+            }
             check_impostor(impostor, &place)?;
         }
         require(has_sides || self.impostors.len() <= 1, "impostors", || {
@@ -214,11 +223,10 @@ impl Manifest {
             "files",
             || "are not ordered by path".into(),
         )?;
-        let mut needed = vec![GLTF_FILE];
-        if matches!(self.technique, Technique::Bitfields { .. }) {
-            needed.push(FACES_FILE);
-        }
-        needed.into_iter().try_for_each(|name| {
+        let mut needed = [Some(GLTF_FILE), self.options.view_space.lists_file()]
+            .into_iter()
+            .flatten();
+        needed.try_for_each(|name| {
             let is_there = self.files.iter().any(|file| file.path == name);
             require(is_there, "files", || format!("lack {name}"))
         })
@@ -337,6 +345,17 @@ fn check_view_space(space: &ViewSpace, place: &str) -> Checked {
             not_negative(*distance, format_args!("{place}.distance"))?;
             require(!objects.is_empty(), format_args!("{place}.objects"), || {
                 "are none".into()
+            })
+        }
+        ViewSpace::Inside { view_cell, cells } => {
+            check_view_cell(view_cell, place)?;
+            require(
+                matches!(view_cell, ViewCell::Box { .. }),
+                format_args!("{place}.view_cell"),
+                || "is no box, which can be cut into cells".into(),
+            )?;
+            require(!cells.contains(&0), format_args!("{place}.cells"), || {
+                format!("are {cells:?}, none along an axis")
             })
         }
         ViewSpace::Around { center, near, far } | ViewSpace::Shell { center, near, far } => {
@@ -626,7 +645,36 @@ mod tests {
                 finer,
             }
         }
-        let damages: [(&str, Damage); 15] = [
+        fn inside(cells: [u32; 3]) -> ViewSpace {
+            ViewSpace::Inside {
+                view_cell: ViewCell::Box {
+                    center: DVec3::ZERO,
+                    size: DVec3::ONE,
+                },
+                cells,
+            }
+        }
+        let damages: [(&str, Damage); 19] = [
+            ("options.view_space.cells", |m| {
+                m.options.view_space = inside([8, 0, 1]);
+            }),
+            ("impostors[0].body.lists", |m| {
+                m.options.view_space = inside([3, 1, 3]);
+            }),
+            ("options.view_space.view_cell", |m| {
+                m.options.view_space = ViewSpace::Inside {
+                    view_cell: ViewCell::Shaft {
+                        apex: DVec3::ZERO,
+                        axis: DVec3::Z,
+                        half_angle: 0.5,
+                        near: 1.0,
+                        far: 2.0,
+                    },
+                    cells: [8, 1, 1],
+                };
+            }),
+            // Its lists are those of faces.
+            ("files", |m| m.options.view_space = inside([2, 1, 4])),
             ("technique.patch_triangles", |m| {
                 m.technique = technique(Samples::Even, 0, 1.0);
             }),

@@ -1,9 +1,9 @@
 //! What ID-bitfields draw for a direction.
 
+use crate::BundleError;
 use crate::check::{Checked, check_header, finite, require};
-use crate::manifest::{BitfieldsBody, Body, Manifest};
-use crate::read::{parse_json, read_beginning};
-use crate::{BundleError, ManifestError};
+use crate::lists;
+use crate::manifest::{BitfieldsBody, Manifest};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -21,9 +21,6 @@ pub const FACES_VERSION: u32 = 1;
 
 /// The JSON schema of `faces.json`, draft 2020-12. It is also a file beside this crate's source.
 pub const FACES_SCHEMA: &str = include_str!("../schema/faces-1.schema.json");
-
-/// No file is larger: a thousand faces of a thousand ranges take 20 MB.
-const MAX_BYTES: u64 = 64 << 20;
 
 /// A direction's length differs from 1 by no more than roundings.
 const UNIT: f64 = 1e-9;
@@ -113,23 +110,20 @@ impl FaceLists {
                 || format!("has the length {length}, not 1"),
             )?;
         }
-        require(
-            self.parts.first() == Some(&0) && self.parts.is_sorted_by(|a, b| a < b),
-            "parts",
-            || "do not begin with 0 and ascend".into(),
-        )?;
-        let triangles = self.parts.last().map_or(0, |end| u64::from(*end));
-        require(triangles == body.triangles, "parts", || {
+        self.check_surface()?;
+        let viewpoints = self.viewpoints.len();
+        require(viewpoints == body.viewpoints as usize, "viewpoints", || {
             format!(
-                "end with {triangles}, but the manifest says {} triangles",
-                body.triangles
+                "are {viewpoints}, but the manifest says {}",
+                body.viewpoints
             )
         })?;
-        self.check_surface()?;
-        for (i, face) in self.faces.iter().enumerate() {
-            self.check_ranges(&face.draw, &format!("faces[{i}].draw"))?;
-        }
-        self.check_totals(body)
+        lists::check(self.lists(), &self.parts, body, "faces")
+    }
+
+    /// What each face draws.
+    fn lists(&self) -> impl Iterator<Item = &[[u32; 2]]> + Clone {
+        self.faces.iter().map(|face| &face.draw[..])
     }
 
     fn check_surface(&self) -> Checked {
@@ -163,73 +157,19 @@ impl FaceLists {
         })
     }
 
-    fn check_ranges(&self, ranges: &[[u32; 2]], place: &str) -> Checked {
-        let mut before = 0;
-        for (i, &[first, end]) in ranges.iter().enumerate() {
-            require(
-                first >= before && first < end,
-                format_args!("{place}[{i}]"),
-                || format!("is from {first} to {end}, which is empty or not behind the one before"),
-            )?;
-            // The first border behind its beginning.
-            let border = self.parts.partition_point(|border| *border <= first);
-            let border = self.parts.get(border).copied().unwrap_or(0);
-            require(end <= border, format_args!("{place}[{i}]"), || {
-                format!("is from {first} to {end}, over the end of a primitive at {border}")
-            })?;
-            before = end;
-        }
-        Ok(())
-    }
-
-    fn check_totals(&self, body: &BitfieldsBody) -> Checked {
-        let lengths = || self.faces.iter().map(|face| face.draw.len() as u64);
-        for (name, found, stated) in [
-            (
-                "viewpoints",
-                self.viewpoints.len() as u64,
-                u64::from(body.viewpoints),
-            ),
-            ("faces", self.faces.len() as u64, u64::from(body.faces)),
-            ("ranges", lengths().sum(), body.ranges),
-            (
-                "ranges of a face at most",
-                lengths().max().unwrap_or(0),
-                u64::from(body.most_ranges),
-            ),
-        ] {
-            require(found == stated, "faces", || {
-                format!("have {found} {name}, but the manifest says {stated}")
-            })?;
-        }
-        let culled = self.culled();
-        // Sums of whole numbers, divided once.
-        require((culled - body.culled).abs() <= 1e-9, "faces", || {
-            format!(
-                "leave out {culled} of the triangles, but the manifest says {}",
-                body.culled
-            )
-        })
-    }
-
     /// Triangles that a face draws.
     ///
     /// # Panics
     ///
     /// When there is no such face.
     pub fn drawn(&self, face: u32) -> u64 {
-        let ranges = self.faces[face as usize].draw.iter();
-        ranges.map(|[first, end]| u64::from(end - first)).sum()
+        lists::drawn(&self.faces[face as usize].draw)
     }
 
     /// Mean share of the triangles that a face does not draw, over all faces; 0 where there is none.
     pub fn culled(&self) -> f64 {
-        let (faces, triangles) = (self.faces.len(), self.parts.last().copied().unwrap_or(0));
-        let drawn: u64 = (0..faces as u32).map(|face| self.drawn(face)).sum();
-        match drawn {
-            0 if faces == 0 => 0.0,
-            drawn => 1.0 - drawn as f64 / (faces as f64 * f64::from(triangles).max(1.0)),
-        }
+        let triangles = self.parts.last().copied().unwrap_or(0);
+        lists::culled(self.lists(), triangles)
     }
 }
 
@@ -241,34 +181,7 @@ impl FaceLists {
 ///
 /// When the bundle has none, or they cannot be true; the error names the file and the place in it.
 pub fn read_faces(dir: &Path, manifest: &Manifest) -> Result<FaceLists, BundleError> {
-    let path = dir.join(FACES_FILE);
-    let text = read_beginning(&path, MAX_BYTES + 1)?;
-    if text.len() as u64 > MAX_BYTES {
-        return Err(BundleError::TooLarge {
-            path,
-            limit: MAX_BYTES,
-        });
-    }
-    let lists: FaceLists = match parse_json(&text) {
-        Ok(lists) => lists,
-        Err((place, error)) => return Err(BundleError::Json { path, place, error }),
-    };
-    let bodies = manifest.impostors.iter().map(|one| &one.body);
-    let body = bodies.into_iter().find_map(|body| match body {
-        Body::Bitfields(body) => Some(body),
-        Body::Layered(_) | Body::Tdm(_) => None,
-    });
-    let checked = match body {
-        Some(body) => lists.check(body),
-        None => Err(ManifestError {
-            place: "the file".into(),
-            problem: "is there, but the manifest tells of no bitfields".into(),
-        }),
-    };
-    match checked {
-        Ok(()) => Ok(lists),
-        Err(error) => Err(BundleError::Manifest { path, error }),
-    }
+    lists::read(dir, manifest, FACES_FILE, FaceLists::check)
 }
 
 #[cfg(test)]
@@ -343,7 +256,7 @@ mod tests {
                 l.faces[2].draw.pop();
             }),
             ("faces", |l, _| l.faces[2].draw[1][1] = 17),
-            ("faces", |_, b| b.viewpoints = 7),
+            ("viewpoints", |_, b| b.viewpoints = 7),
         ];
         for (i, (place, damage)) in damages.into_iter().enumerate() {
             let (mut lists, mut body) = lists();

@@ -3,7 +3,6 @@
 use crate::certificate::{
     Beyond, CERTIFICATE_FORMAT, CERTIFICATE_VERSION, Certificate, ProvedBound, WorstFigures,
 };
-use crate::faces::FACES_FILE;
 use crate::manifest::{
     BitfieldsBody, Body, Channels, FORMAT, Foliage, Generator, Impostor, LayerRecord, LayeredBody,
     Manifest, Options, Promise, Samples, SceneSource, Statistics, TdmBody, Technique, VERSION,
@@ -248,7 +247,7 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
                 triangles,
                 always_drawn: triangles / 3,
                 viewpoints,
-                faces,
+                lists: faces.max(1),
                 ranges: u64::from(most) * 2,
                 most_ranges: most,
                 culled,
@@ -266,14 +265,24 @@ fn with_bitfields(mut manifest: Manifest, technique: Technique, body: BitfieldsB
             ..
         }
     );
-    manifest.promise.missed_pixels = Some(u64::from(body.faces) * u64::from(!is_adaptive));
+    manifest.promise.missed_pixels = Some(u64::from(body.lists) * u64::from(!is_adaptive));
     manifest.promise.missed_share = (!is_adaptive).then_some(1.0 - body.culled / 2.0);
     manifest.technique = technique;
-    manifest.options.view_space = ViewSpace::Shell {
-        center: DVec3::new(body.culled, -0.0, 5e-324),
-        near: 1.0 + body.culled,
-        far: 2.0,
+    manifest.options.view_space = match body.viewpoints % 2 {
+        0 => ViewSpace::Shell {
+            center: DVec3::new(body.culled, -0.0, 5e-324),
+            near: 1.0 + body.culled,
+            far: 2.0,
+        },
+        _ => ViewSpace::Inside {
+            view_cell: ViewCell::Box {
+                center: DVec3::new(body.culled, -0.0, 5e-324),
+                size: DVec3::new(1.0, 0.0, body.culled),
+            },
+            cells: [1, body.lists.max(1), 1],
+        },
     };
+    let lists_file = manifest.options.view_space.lists_file();
     manifest.impostors = vec![Impostor {
         name: "all".into(),
         side: None,
@@ -288,7 +297,7 @@ fn with_bitfields(mut manifest: Manifest, technique: Technique, body: BitfieldsB
     manifest.files.insert(
         0,
         FileRecord {
-            path: FACES_FILE.into(),
+            path: lists_file.expect("it is one of bitfields").into(),
             bytes: 1,
             sha256: sha256_hex(b"x"),
         },
@@ -316,7 +325,7 @@ pub(crate) fn sample_bitfields_body() -> BitfieldsBody {
         triangles: 20,
         always_drawn: 0,
         viewpoints: 6,
-        faces: 8,
+        lists: 8,
         ranges: 16,
         most_ranges: 2,
         culled: 0.5,

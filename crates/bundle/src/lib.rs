@@ -3,11 +3,13 @@
 mod manifest;
 mod view_space;
 
+mod cells;
 mod certificate;
 mod check;
 mod checksum;
 mod error;
 mod faces;
+mod lists;
 mod read;
 mod write;
 
@@ -19,6 +21,9 @@ mod page;
 #[cfg(test)]
 mod generate;
 
+pub use cells::{
+    CELLS_FILE, CELLS_FORMAT, CELLS_SCHEMA, CELLS_VERSION, CellLists, CellRecord, read_cells,
+};
 pub use certificate::{
     Beyond, CERTIFICATE_FILE, CERTIFICATE_FORMAT, CERTIFICATE_SCHEMA, CERTIFICATE_VERSION,
     Certificate, CertificateState, ProvedBound, WorstFigures, read_certificate, remove_certificate,

@@ -96,7 +96,7 @@ pub enum Technique {
         /// What the pages hold.
         channels: Channels,
     },
-    /// ID-bitfields: the original geometry, and for each direction what of it can be seen.
+    /// ID-bitfields: the original geometry, and what of it can be seen from each direction or cell.
     Bitfields {
         /// From where the bake looked.
         samples: Samples,
@@ -319,7 +319,7 @@ pub enum Body {
     Layered(LayeredBody),
     /// A textured mesh over the texels of layers.
     Tdm(TdmBody),
-    /// Lists of what to draw for a direction.
+    /// Lists of what to draw for a direction, or from a view cell.
     Bitfields(BitfieldsBody),
 }
 
@@ -334,23 +334,24 @@ impl Body {
     }
 }
 
-/// What the lists in `faces.json` come to; see [`FaceLists`](crate::FaceLists).
+/// What the lists come to: those of faces between viewpoints ([`FaceLists`](crate::FaceLists)), or those
+/// of view cells ([`CellLists`](crate::CellLists)).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BitfieldsBody {
     /// Triangles of `impostors.glb`: all that the scene draws.
     pub triangles: u64,
-    /// Those of them that have blended materials, which are drawn for every direction.
+    /// Those of them that have blended materials, which are in all lists.
     pub always_drawn: u64,
-    /// Directions that samples were taken from.
+    /// From where samples were taken: directions, or points in all cells together.
     pub viewpoints: u32,
-    /// Faces between them.
-    pub faces: u32,
-    /// Ranges of all faces together.
+    /// Lists: one for each face between directions, or for each cell.
+    pub lists: u32,
+    /// Ranges of all lists together.
     pub ranges: u64,
-    /// Ranges of the face that has most.
+    /// Ranges of the list that has most.
     pub most_ranges: u32,
-    /// Mean share of the triangles that a face does not draw, over all faces.
+    /// Mean share of the triangles that a list leaves out.
     pub culled: f64,
 }
 

@@ -1,5 +1,7 @@
 //! From where the impostors of a bundle are seen, all together and one by one.
 
+use crate::cells::CELLS_FILE;
+use crate::faces::FACES_FILE;
 use crate::manifest::ViewCellRecord;
 use farfield_views::ViewCell;
 use glam::DVec3;
@@ -60,6 +62,15 @@ pub enum ViewSpace {
         /// The greatest distance, in metres.
         far: f64,
     },
+    /// In the scene or beside it, anywhere in a box, and the camera looks anywhere.
+    Inside {
+        /// Where the camera may be; a box.
+        #[serde(with = "ViewCellRecord")]
+        #[schemars(with = "ViewCellRecord")]
+        view_cell: ViewCell,
+        /// Into how many view cells it is cut along x, y and z; each has a list of what is drawn.
+        cells: [u32; 3],
+    },
 }
 
 impl ViewSpace {
@@ -74,7 +85,9 @@ impl ViewSpace {
     /// [`Manifest::check`]: crate::Manifest::check
     pub fn cell(&self, side: Option<Side>) -> ViewCell {
         match *self {
-            Self::Before { view_cell } | Self::Amid { view_cell, .. } => view_cell,
+            Self::Before { view_cell }
+            | Self::Amid { view_cell, .. }
+            | Self::Inside { view_cell, .. } => view_cell,
             Self::Around { center, near, far } => ViewCell::Shaft {
                 apex: center,
                 axis: side.expect("each impostor is for one side").direction(),
@@ -83,6 +96,15 @@ impl ViewSpace {
                 far,
             },
             Self::Shell { .. } => panic!("a shell is no view cell"),
+        }
+    }
+
+    /// The file that tells what ID-bitfields draw; `None` where impostors stand for the scene.
+    pub fn lists_file(&self) -> Option<&'static str> {
+        match self {
+            Self::Shell { .. } => Some(FACES_FILE),
+            Self::Inside { .. } => Some(CELLS_FILE),
+            Self::Before { .. } | Self::Amid { .. } | Self::Around { .. } => None,
         }
     }
 

@@ -4,29 +4,63 @@ use crate::{Mesh, VoxelLayers};
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The squares of some voxels, in the middle of their layers, and their corners; those of neighbours in a
-/// layer share them. Together they close whatever the voxels do, as textured quads would.
+/// The squares of some voxels, in the middle of their layers, joined to rectangles where several are side
+/// by side in a layer: positions of corners, and triangles. Together they close whatever the voxels do, as
+/// textured quads would.
 ///
 /// * `chosen` - numbers of voxels
-pub fn squares(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+pub fn rectangles(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     let mut first = 0;
     for (l, layer) in voxels.layers.iter().enumerate() {
         let end = first + layer.len() as u32;
-        let mut corners = BTreeMap::new();
-        for voxel in chosen.range(first..end) {
-            let [x, y] = layer[(voxel - first) as usize].map(u32::from);
-            let [a, b, c, d] = [[x, y], [x, y + 1], [x + 1, y + 1], [x + 1, y]].map(|[x, y]| {
-                *corners.entry([x, y]).or_insert_with(|| {
-                    positions.push(Vec3::new(x as f32, y as f32, voxels.middle(l)));
-                    positions.len() as u32 - 1
-                })
-            });
-            triangles.extend([[a, b, c], [a, c, d]]);
+        let chosen = chosen.range(first..end);
+        let places: BTreeSet<[u16; 2]> = chosen
+            .map(|voxel| layer[(voxel - first) as usize])
+            .map(|[x, y]| [y, x])
+            .collect();
+        for [min, max] in joined(&places) {
+            let start = positions.len() as u32;
+            let corners = [[min[0], min[1]], [min[0], max[1]], max, [max[0], min[1]]];
+            let corner = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, voxels.middle(l));
+            positions.extend(corners.map(corner));
+            triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|v| start + v)));
         }
         first = end;
     }
     (positions, triangles)
+}
+
+/// Runs of places in a row, joined with those of the same length in the row before: least and greatest
+/// corners, x first.
+///
+/// * `places` - y first
+fn joined(places: &BTreeSet<[u16; 2]>) -> Vec<[[u32; 2]; 2]> {
+    let mut runs: Vec<[[u32; 2]; 2]> = Vec::new();
+    for [y, x] in places.iter().map(|place| place.map(u32::from)) {
+        match runs.last_mut() {
+            Some([min, max]) if min[1] == y && max[0] == x => max[0] += 1,
+            _ => runs.push([[x, y], [x + 1, y + 1]]),
+        }
+    }
+    let mut joined: Vec<[[u32; 2]; 2]> = Vec::new();
+    // Of the rectangles that end above, by their sides.
+    let mut above: BTreeMap<[u32; 3], usize> = BTreeMap::new();
+    for [min, max] in runs {
+        let sides = |y| [min[0], max[0], y];
+        let at = match above.remove(&sides(min[1])) {
+            Some(at) => {
+                joined[at][1][1] = max[1];
+                at
+            }
+            None => {
+                joined.push([min, max]);
+                joined.len() - 1
+            }
+        };
+        above.insert(sides(max[1]), at);
+    }
+    joined
 }
 
 /// The mesh with its borders moved inwards, each vertex on them by at most `margin` voxels: through it one
@@ -72,33 +106,45 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Each voxel that is chosen has its whole square, in the middle of its layer, and no other has;
-        /// neighbours share corners.
+        /// Each voxel that is chosen is covered once, in the middle of its layer, and no other is; two
+        /// rectangles of a layer that have a side in common lie diagonally or are not equally long there.
         #[test]
-        fn squares_are_those_of_the_chosen(
-            blob in blobs(), chosen in prop::collection::btree_set(0..60u32, 0..20),
+        fn rectangles_cover_the_chosen(
+            blob in blobs(), chosen in prop::collection::btree_set(0..200u32, 0..100),
         ) {
             let layers = blob.layers();
             let boxes = layers.boxes(1.0);
-            let (corners, triangles) = squares(&layers, &chosen);
-            let there: Vec<u32> = chosen.into_iter().filter(|v| (*v as usize) < boxes.len()).collect();
-            prop_assert_eq!(triangles.len(), 2 * there.len());
-            for (voxel, both) in there.iter().zip(triangles.chunks(2)) {
-                let place = &boxes[*voxel as usize];
-                let at = |v: u32| corners[v as usize] - place.center;
-                let area: f32 = both.iter().map(|t| {
-                    let [a, b, c] = t.map(at);
+            let (corners, triangles) = rectangles(&layers, &chosen);
+            let of_both = triangles.chunks(2).map(|both| {
+                let all = both.iter().flatten().map(|v| corners[*v as usize]);
+                let min = all.clone().reduce(Vec3::min).unwrap();
+                let max = all.reduce(Vec3::max).unwrap();
+                let area = |[a, b, c]: [u32; 3]| {
+                    let [a, b, c] = [a, b, c].map(|v| corners[v as usize]);
                     (b - a).cross(c - a).length() / 2.0
-                }).sum();
-                prop_assert_eq!(area, 1.0);
-                for corner in both.iter().flatten() {
-                    prop_assert_eq!(at(*corner).abs(), Vec3::new(0.5, 0.5, 0.0));
-                }
+                };
+                let sides = (max - min).truncate();
+                assert_eq!(both.iter().map(|t| area(*t)).sum::<f32>(), sides.element_product());
+                (min, max)
+            });
+            let all: Vec<(Vec3, Vec3)> = of_both.collect();
+            for (voxel, place) in (0..).zip(&boxes) {
+                let center = place.center;
+                let covering = all.iter().filter(|(min, max)| {
+                    center.cmpge(*min).all() && center.cmple(*max).all()
+                });
+                prop_assert_eq!(covering.count(), usize::from(chosen.contains(&voxel)));
             }
-            let mut distinct: Vec<[u32; 3]> = corners.iter().map(|c| c.to_array().map(f32::to_bits)).collect();
-            distinct.sort_unstable();
-            distinct.dedup();
-            prop_assert_eq!(distinct.len(), corners.len());
+            let area: f32 = all.iter().map(|(min, max)| (max - min).truncate().element_product()).sum();
+            let there = chosen.iter().filter(|v| (**v as usize) < boxes.len()).count();
+            prop_assert_eq!(area, there as f32);
+            for (i, (min, max)) in all.iter().enumerate() {
+                let joins = |(other_min, other_max): &(Vec3, Vec3)| {
+                    min.z == other_min.z && max.y == other_min.y
+                        && min.x == other_min.x && max.x == other_max.x
+                };
+                prop_assert!(!all[i + 1..].iter().any(joins));
+            }
         }
 
         /// Vertices within stay where they are, and none moves by more than the margin.

@@ -16,7 +16,7 @@ mod testing;
 mod touch;
 
 pub use charts::{Chart, ChartTexel, charts};
-pub use closing::{shrunk, squares};
+pub use closing::{rectangles, shrunk};
 pub use coverage::touched;
 pub use initial::initial_mesh;
 pub use mesh::{Cuboid, Mesh, VoxelLayers, pieces};

@@ -90,6 +90,21 @@ impl ViewCell {
         }
     }
 
+    /// Viewpoint `index` of a low-discrepancy sequence that is stretched over the borders of the cell, in
+    /// the world: along each axis a third of the viewpoints is at one end or the other, so that seven of
+    /// ten are on faces, edges and corners. Another one for each `seed`.
+    ///
+    /// Whatever is seen through a cell is seen from its border, and what is seen from corners and edges
+    /// only is seldom seen by viewpoints that fill the inside.
+    ///
+    /// # Panics
+    ///
+    /// When a part of the cell lies at infinity.
+    pub fn viewpoint_to_border(&self, index: u64, seed: u64) -> DVec3 {
+        let stretched = (low_discrepancy_point(index, seed) - 0.5) * 1.5 + 0.5;
+        self.point(stretched.clamp(DVec3::ZERO, DVec3::ONE))
+    }
+
     /// Whether a point of the world lies in the cell or within `tolerance` metres of its sides.
     pub fn contains(&self, point: DVec3, tolerance: f64) -> bool {
         match *self {
@@ -207,6 +222,21 @@ mod tests {
             }
             let outside = corners[7].truncate() + (corners[7] - corners[0]).truncate() + 1e-6;
             prop_assert!(!cell.contains(outside, 1e-10));
+        }
+    }
+
+    /// Seven of ten viewpoints are on the border of the cell, 1 - (2/3)^3, and all corners are among a
+    /// thousand.
+    #[test]
+    fn borders_have_their_share() {
+        let (center, size) = (DVec3::ZERO, DVec3::splat(2.0));
+        let cell = ViewCell::Box { center, size };
+        let all: Vec<DVec3> = (0..1000).map(|i| cell.viewpoint_to_border(i, 7)).collect();
+        assert!(all.iter().all(|p| cell.contains(*p, 0.0)));
+        let on_border = all.iter().filter(|p| p.abs().max_element() == 1.0).count();
+        assert!(on_border.abs_diff(704) < 20, "{on_border}");
+        for corner in cell.corners() {
+            assert!(all.contains(&corner.truncate()));
         }
     }
 }

@@ -9,5 +9,5 @@ mod sphere;
 pub use camera::{Camera, Extent};
 pub use cell::{ViewCell, lattice_viewpoints};
 pub use pose::Pose;
-pub use sequence::low_discrepancy_point;
+pub use sequence::{low_discrepancy_point, random_point};
 pub use sphere::{direction_at, sphere_direction};

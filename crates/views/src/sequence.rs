@@ -17,6 +17,17 @@ pub fn low_discrepancy_point(index: u64, seed: u64) -> DVec3 {
     (shift + index as f64 * step).fract()
 }
 
+/// Point `index` of a sequence of points in the unit cube that have nothing to do with each other, nor
+/// with those of [`low_discrepancy_point`]: for what is to vary independently of these. Each `seed`
+/// gives another sequence.
+///
+/// Coordinates lie in [0, 1).
+pub fn random_point(index: u64, seed: u64) -> DVec3 {
+    // Seeds that follow each other must not give each other's points.
+    let point = index.wrapping_add(seed.wrapping_mul(0xd134_2543_de82_ef95));
+    DVec3::new(hash(point, 1), hash(point, 2), hash(point, 3))
+}
+
 /// A number in [0, 1) that varies with every bit of its arguments (the finaliser of splitmix64).
 fn hash(seed: u64, axis: u64) -> f64 {
     let mut h = seed.wrapping_add(axis.wrapping_mul(0x9e37_79b9_7f4a_7c15));
@@ -60,5 +71,25 @@ mod tests {
     #[test]
     fn seeds_give_other_points() {
         assert_ne!(low_discrepancy_point(0, 0), low_discrepancy_point(0, 1));
+    }
+
+    /// Whatever a point of the even sequence is, the random one beside it may be any: of 4,000 pairs
+    /// no share of the 4 x 4 boxes that they fall into is off by more than six standard deviations.
+    #[test]
+    fn random_points_are_independent() {
+        for (seed, axes) in [(0, [0, 0]), (1, [0, 1]), (2, [2, 2])] {
+            let mut counts = [0; 16];
+            for index in 0..4000 {
+                let even = low_discrepancy_point(index, seed)[axes[0]];
+                let random = random_point(index, seed)[axes[1]];
+                assert!((0.0..1.0).contains(&random));
+                counts[(even * 4.0) as usize * 4 + (random * 4.0) as usize] += 1;
+            }
+            // 250 expected, with a deviation of the square root of 4000 (1/16) (15/16).
+            let off = |count: i32| f64::from((count - 250).abs()) > 6.0 * 15.3;
+            assert!(!counts.into_iter().any(off), "{counts:?}");
+        }
+        assert_ne!(random_point(0, 0), random_point(0, 1));
+        assert_ne!(random_point(1, 0), random_point(0, 1));
     }
 }

@@ -3,13 +3,10 @@
 pub mod auto;
 pub(crate) mod bitfields;
 pub(crate) mod channels;
-mod grouped;
 mod layered;
 mod limits;
 mod painter;
 pub mod recording;
-mod sampler;
-mod samples;
 mod sights;
 mod tdm;
 pub mod voxelize;
@@ -23,8 +20,10 @@ use crate::source::{self, SceneChoice};
 use crate::view_cell::{SMALLEST_TEXEL, ViewCellSpec};
 use crate::view_space;
 use anyhow::{Context, Result, anyhow, bail};
-pub(crate) use bitfields::cost_of_a_face;
-pub use bitfields::{BitfieldsOptions, HELD_BACK, bake_bitfields};
+pub use bitfields::{
+    BitfieldsOptions, HELD_BACK, HELD_BACK_INSIDE, SampleChoice, SeenFrom, bake_bitfields,
+};
+pub(crate) use bitfields::{Sampler, cost_of_a_list, is_in, owners, percentile, sets};
 use farfield_bundle::{
     Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
@@ -36,8 +35,6 @@ pub(crate) use layered::shown_from;
 pub use limits::Limits;
 use rayon::prelude::*;
 use recording::Settings;
-pub(crate) use sampler::{Sampler, is_in, percentile};
-pub use samples::SampleChoice;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -183,17 +180,17 @@ pub struct BakeReport {
 /// What a bake made of ID-bitfields.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct BitfieldsReport {
-    /// Directions that samples were taken from.
+    /// From where samples were taken: directions, or points in all cells together.
     pub viewpoints: u32,
-    /// Faces between them.
-    pub faces: u32,
-    /// Ranges of all faces together.
+    /// Lists: one for each face between directions, or for each cell.
+    pub lists: u32,
+    /// Ranges of all lists together.
     pub ranges: u64,
-    /// Ranges of the face that has most.
+    /// Ranges of the list that has most.
     pub most_ranges: u32,
-    /// Mean share of the triangles that a face does not draw, over all faces.
+    /// Mean share of the triangles that a list leaves out.
     pub culled: f64,
-    /// Triangles of blended materials, drawn for every direction.
+    /// Triangles of blended materials, which are in all lists.
     pub always_drawn: u64,
     /// The file of the lists.
     pub list_bytes: u64,
@@ -456,6 +453,7 @@ pub(crate) fn promise(
         ViewSpace::Amid { .. } => (ANYWHERE, None),
         ViewSpace::Around { .. } => (OFF_AXIS, Some(ONE_AT_A_TIME)),
         ViewSpace::Shell { .. } => (OFF_AXIS, None),
+        ViewSpace::Inside { .. } => (ANYWHERE, None),
     };
     let behind = has_one_sided(scene).then_some(FROM_BEHIND);
     let notes = [Some(aim), shown, behind, mesh, note, too_small.as_deref()];

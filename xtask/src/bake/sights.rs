@@ -7,26 +7,25 @@ use farfield_layers::LayerStack;
 use farfield_metrics::{LayersSeen, NONE, greatest_of_nine};
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Material, Scene};
-use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, shrunk, squares};
-use farfield_views::Camera;
+use farfield_tdm::{Mesh, VoxelIndex, VoxelLayers, rectangles, shrunk};
+use farfield_views::{Camera, ViewCell, lattice_viewpoints, random_point};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// Viewpoints from which is looked first, at the middles of pixels only: corners, edges and faces of the
+/// Viewpoints from which is looked first, at the middles of pixels: corners, edges and faces of the
 /// cell, and within.
 const FIRST: Range<u64> = 0..150;
 
-/// Viewpoints from which is looked then, between them as well.
-const OTHERS: Range<u64> = 150..750;
+/// Viewpoints from which is looked then, from each at another place in all pixels.
+///
+/// Holes are narrow, and seen from few directions: as many pictures find more of them from as many
+/// viewpoints than several from each.
+const OTHERS: Range<u64> = 150..4050;
 
 /// So many of these at a time: what is closed for some need not be found by others.
 const AT_A_TIME: u64 = 60;
-
-/// How far beside the middles of pixels is looked along each axis, in pixels: holes that are narrower
-/// than a pixel are found from fewer viewpoints.
-const BETWEEN: [f64; 2] = [-0.25, 0.25];
 
 /// How far around gaps squares are put, in voxels along each axis: in the voxel itself, then farther, and
 /// at last given up.
@@ -60,17 +59,17 @@ impl Sights<'_> {
         index: &VoxelIndex,
     ) -> BTreeSet<u32> {
         let others = OTHERS.step_by(AT_A_TIME as usize);
-        let others = others.map(|first| (first..first + AT_A_TIME, &BETWEEN[..]));
+        let others = others.map(|first| first..(first + AT_A_TIME).min(OTHERS.end));
         let mut open = BTreeSet::new();
         let shrunk = shrunk(mesh, MARGIN);
-        for (viewpoints, beside) in std::iter::once((FIRST, &[0.0][..])).chain(others) {
+        for viewpoints in std::iter::once(FIRST).chain(others) {
             let mut viewpoints: Vec<u64> = viewpoints.collect();
             for reach in REACHES {
                 if viewpoints.is_empty() {
                     break;
                 }
-                let closed = with_squares(&shrunk, voxels, &open);
-                let gaps = self.gaps(&viewpoints, beside, &closed);
+                let closed = with_rectangles(&shrunk, voxels, &open);
+                let gaps = self.gaps(&viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
                 viewpoints = gaps.into_iter().map(|(viewpoint, _)| viewpoint).collect();
@@ -84,7 +83,6 @@ impl Sights<'_> {
     fn gaps(
         &self,
         viewpoints: &[u64],
-        beside: &[f64],
         (positions, triangles): &(Vec<Vec3>, Vec<[u32; 3]>),
     ) -> Vec<(u64, Vec3)> {
         let Settings {
@@ -96,24 +94,20 @@ impl Sights<'_> {
         let mesh = bare(&world, triangles, center);
         let mesh_textures = Textures::new(&mesh);
         let of_view = |&index: &u64| {
-            let eye = cell.viewpoint(index, SEED);
+            let eye = viewpoint(cell, index);
             let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
             let original = rasterize(self.scene, self.textures, &view).depth;
             let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
-            let aside = beside
-                .iter()
-                .flat_map(|y| beside.iter().map(|x| DVec2::new(*x, *y)));
-            let gaps = aside.flat_map(|aside| {
-                let shifted = view.shifted(aside);
-                let shown = rasterize(&mesh, &mesh_textures, &shifted).depth;
-                self.open(aside, [&view, &shifted], [&original, &shown], &farthest)
-            });
+            let aside = aside(index);
+            let shifted = view.shifted(aside);
+            let shown = rasterize(&mesh, &mesh_textures, &shifted).depth;
+            let gaps = self.open(aside, [&view, &shifted], [&original, &shown], &farthest);
             let place = |[x, y]: [usize; 2]| {
                 let in_view = view.view_from_pixel(middle([x, y]), original[(x, y)]);
                 let point = view.pose.point_in_world(in_view);
                 self.projection.place(point).as_vec3()
             };
-            gaps.map(|at| (index, place(at))).collect()
+            gaps.into_iter().map(|at| (index, place(at))).collect()
         };
         let views: Vec<Vec<(u64, Vec3)>> = viewpoints.par_iter().map(of_view).collect();
         views.concat()
@@ -146,6 +140,23 @@ impl Sights<'_> {
     }
 }
 
+/// From where is looked: first from corners, edges and faces of the cell, then from more of these and
+/// from within.
+fn viewpoint(cell: &ViewCell, index: u64) -> DVec3 {
+    match lattice_viewpoints().get(index as usize) {
+        Some(fractions) => cell.point(*fractions),
+        None => cell.viewpoint_to_border(index, SEED),
+    }
+}
+
+/// How far from the middle of pixels is looked from a viewpoint, in pixels.
+fn aside(viewpoint: u64) -> DVec2 {
+    match FIRST.contains(&viewpoint) {
+        true => DVec2::ZERO,
+        false => random_point(viewpoint, SEED).truncate() - 0.5,
+    }
+}
+
 /// Pixels along an axis that reach to a pixel and a half from what is looked at in one of them.
 fn around(pixel: usize, aside: f64, count: usize) -> Range<usize> {
     let before = if aside < 0.0 { 2 } else { 1 };
@@ -157,17 +168,17 @@ fn middle([x, y]: [usize; 2]) -> DVec2 {
     DVec2::new(x as f64, y as f64) + 0.5
 }
 
-/// Vertices and triangles of a mesh, and after them those of the squares of some voxels.
-pub(super) fn with_squares(
+/// Vertices and triangles of a mesh, and after them those of the rectangles that some voxels make.
+pub(super) fn with_rectangles(
     mesh: &Mesh,
     voxels: &VoxelLayers<'_>,
     chosen: &BTreeSet<u32>,
 ) -> (Vec<Vec3>, Vec<[u32; 3]>) {
     let (mut positions, mut triangles) = (mesh.positions.clone(), mesh.triangles.clone());
     let first = positions.len() as u32;
-    let (corners, squares) = squares(voxels, chosen);
+    let (corners, rectangles) = rectangles(voxels, chosen);
     positions.extend(corners);
-    triangles.extend(squares.iter().map(|square| square.map(|v| first + v)));
+    triangles.extend(rectangles.iter().map(|half| half.map(|v| first + v)));
     (positions, triangles)
 }
 

@@ -4,7 +4,7 @@
 use super::Baked;
 use super::painter::{GUTTER, Painter, normals};
 use super::recording::{Layers, Settings, description, recording_camera};
-use super::sights::{Sights, with_squares};
+use super::sights::{Sights, with_rectangles};
 use super::voxelize::{Voxels, voxelize};
 use crate::console::Console;
 use crate::device::Device;
@@ -67,7 +67,7 @@ pub(super) fn bake(
     let open = console.stage("look through", || {
         sights.open_voxels(&simple, &voxels, &index)
     });
-    let (positions, mut triangles) = with_squares(&simple, &voxels, &open);
+    let (positions, mut triangles) = with_rectangles(&simple, &voxels, &open);
     let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
     let world: Vec<DVec3> = positions.iter().map(place).collect();
     let [min, max] = part.represented;

@@ -256,7 +256,7 @@ fn summary(manifest: &Manifest) -> String {
         several => format!("{several} {technique} impostors"),
     };
     let aim = match space {
-        ViewSpace::Amid { .. } => "look anywhere",
+        ViewSpace::Amid { .. } | ViewSpace::Inside { .. } => "look anywhere",
         ViewSpace::Before { .. } | ViewSpace::Around { .. } | ViewSpace::Shell { .. } => {
             "look at the centre of what is represented"
         }

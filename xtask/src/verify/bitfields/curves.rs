@@ -2,7 +2,7 @@
 //! Strothotte.
 
 use super::super::report::OverSamples;
-use crate::bake::{Sampler, percentile};
+use crate::bake::{Sampler, percentile, sets};
 use crate::orbit::Orbit;
 use crate::viewpoints::SEED;
 use farfield_bitfields::{
@@ -27,19 +27,21 @@ pub(super) fn over_samples(
     textures: &Textures<'_>,
     orbit: &Orbit,
 ) -> Vec<OverSamples> {
-    let sampler = Sampler::new(original, textures, orbit);
+    let sampler = Sampler::new(original, textures);
     let views: Vec<(DVec3, Vec<[u32; 2]>)> = (0..VIEWS)
         .into_par_iter()
         .map(|view| {
             let camera = orbit.view(view, SEED);
-            (camera.pose.eye - orbit.center, sampler.counted(&camera))
+            let seen = sampler.counted(&[orbit.window(&camera)]);
+            (camera.pose.eye - orbit.center, seen)
         })
         .collect();
     let of_count = |count| {
         let directions = even_directions(count);
         let faces = Triangulation::new(&directions, DVec3::ZERO).expect("they are all around");
         let distances = orbit.sampled();
-        let sets = distances.unite(&sampler.sets(&distances.viewpoints(&directions)));
+        let offsets = distances.viewpoints(&directions);
+        let sets = distances.unite(&sets(&sampler, orbit, &offsets));
         let [three, six] = [Samples::Three, Samples::Six].map(|samples| {
             let united = face_sets(&faces, &sets, samples);
             let lookup = Lookup::new(faces.clone(), FaceRanges::from_sets(&united));

@@ -4,12 +4,10 @@ use super::super::report::BitfieldsFigures;
 use super::super::subject::Side;
 use super::super::totals::{Place, Totals};
 use super::super::view::{Geometry, Shown, ViewFigures, flip, shown_by};
+use super::lists::Lists;
 use crate::bake::is_in;
 use crate::drawn;
-use crate::orbit::Orbit;
 use crate::pictures::{marked, png};
-use crate::viewpoints::SEED;
-use farfield_bitfields::Lookup;
 use farfield_grid::Grid;
 use farfield_metrics::{
     ParallaxErrors, Picture, color_difference, compared_region, coverage, gap_pixels,
@@ -21,7 +19,7 @@ use farfield_views::Camera;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The original and the file, both as one object, and what is drawn for a direction.
+/// The original and the file, both as one object, and what is drawn for whom.
 pub(super) struct Sides<'a> {
     original: Side<'a>,
     /// What of the original hides what is behind it; none where all of it does.
@@ -29,8 +27,7 @@ pub(super) struct Sides<'a> {
     display: Side<'a>,
     /// Where in the file each triangle of the original is.
     places: &'a [u32],
-    lookup: &'a Lookup,
-    orbit: &'a Orbit,
+    lists: &'a Lists,
 }
 
 /// What one view shows.
@@ -42,7 +39,7 @@ pub(super) struct Seen {
     /// Pixels of another colour than the original's.
     pub(super) wrong: u64,
     pub(super) drawn: u64,
-    pub(super) face: u32,
+    pub(super) list: u32,
     figures: Option<ViewFigures>,
 }
 
@@ -53,8 +50,8 @@ pub(super) struct Pictures {
     pub(super) drawn: Vec<u8>,
     /// Where something is missed.
     pub(super) marked: Vec<u8>,
-    /// What is drawn, seen from the other side.
-    pub(super) behind: Vec<u8>,
+    /// What is drawn, seen from the other side or from above.
+    pub(super) aside: Vec<u8>,
 }
 
 impl Pictures {
@@ -64,7 +61,7 @@ impl Pictures {
             ("original", &self.original),
             ("drawn", &self.drawn),
             ("marked", &self.marked),
-            ("behind", &self.behind),
+            ("aside", &self.aside),
         ]
         .into_iter()
         .map(|(what, png)| (format!("view-{:04}-{what}.png", self.view), &png[..]))
@@ -82,8 +79,7 @@ impl<'a> Sides<'a> {
         display: &'a Scene,
         [of_original, of_display]: &'a [Textures<'a>; 2],
         places: &'a [u32],
-        lookup: &'a Lookup,
-        orbit: &'a Orbit,
+        lists: &'a Lists,
     ) -> Self {
         let has_blended = !drawn::blended(original).is_empty();
         Self {
@@ -97,8 +93,7 @@ impl<'a> Sides<'a> {
                 textures: of_display,
             },
             places,
-            lookup,
-            orbit,
+            lists,
         }
     }
 
@@ -109,16 +104,17 @@ impl<'a> Sides<'a> {
 
     /// Looks from views, in the order of their numbers.
     pub(super) fn look(&self, views: Range<u64>, done: impl Fn() + Sync) -> Vec<Seen> {
-        let camera = |view| self.orbit.view(view, SEED);
-        let mut of_faces: Vec<(u32, u64)> =
-            views.map(|view| (self.face(&camera(view)), view)).collect();
-        of_faces.sort_unstable();
+        let camera = |view| self.lists.view(view);
+        let mut of_lists: Vec<(u32, u64)> = views
+            .map(|view| (self.lists.of(&camera(view)), view))
+            .collect();
+        of_lists.sort_unstable();
         let mut drawn = drawn::without_images(self.display.scene);
         let mut all: Vec<Seen> = Vec::new();
-        for views in of_faces.chunk_by(|a, b| a.0 == b.0) {
+        for views in of_lists.chunk_by(|a, b| a.0 == b.0) {
             drawn::draw_only(&mut drawn, self.ranges(views[0].0).iter().cloned());
-            let seen = views.par_iter().map(|&(face, view)| {
-                let seen = self.look_at(&drawn, face, view, camera(view));
+            let seen = views.par_iter().map(|&(list, view)| {
+                let seen = self.look_at(&drawn, list, view, camera(view));
                 done();
                 seen
             });
@@ -128,22 +124,18 @@ impl<'a> Sides<'a> {
         all
     }
 
-    fn face(&self, camera: &Camera) -> u32 {
-        self.lookup.face(camera.pose.eye - self.orbit.center)
+    fn ranges(&self, list: u32) -> &[Range<u32>] {
+        self.lists.ranges().of(list)
     }
 
-    fn ranges(&self, face: u32) -> &[Range<u32>] {
-        self.lookup.lists().of(face)
-    }
-
-    fn look_at(&self, drawn: &Scene, face: u32, view: u64, camera: Camera) -> Seen {
+    fn look_at(&self, drawn: &Scene, list: u32, view: u64, camera: Camera) -> Seen {
         let original = shown_by(&self.original, &camera);
         let shown = self.shown(drawn, &camera);
         let ids = match &self.solid {
             None => original.seen.triangles.clone(),
             Some(solid) => rasterize(solid, self.original.textures, &camera).triangles,
         };
-        let ranges = self.ranges(face);
+        let ranges = self.ranges(list);
         let is_missed = |id: u32| id != NONE && !is_in(ranges, self.places[id as usize]);
         let missed = at_pixels(&ids, |id| is_missed(*id));
         let pairs = original.colors.cells().iter().zip(shown.colors.cells());
@@ -151,8 +143,8 @@ impl<'a> Sides<'a> {
             view,
             missed,
             wrong: pairs.filter(|(a, b)| a != b).count() as u64,
-            drawn: u64::from(self.lookup.lists().primitives_of(face)),
-            face,
+            drawn: u64::from(self.lists.ranges().primitives_of(list)),
+            list,
             figures: Some(figures(view, camera, &original, &shown)),
             camera,
         }
@@ -169,17 +161,16 @@ impl<'a> Sides<'a> {
     /// Renders a view again.
     pub(super) fn pictures(&self, seen: &Seen) -> Pictures {
         let mut drawn = drawn::without_images(self.display.scene);
-        drawn::draw_only(&mut drawn, self.ranges(seen.face).iter().cloned());
+        drawn::draw_only(&mut drawn, self.ranges(seen.list).iter().cloned());
         let shown = self.shown(&drawn, &seen.camera).colors;
-        let offset = seen.camera.pose.eye - self.orbit.center;
-        let behind = self.orbit.camera(-offset);
+        let aside = self.lists.aside(&seen.camera);
         let marks = seen.missed.iter().map(|at| (*at, MISSED));
         Pictures {
             view: seen.view,
             original: png(&shown_by(&self.original, &seen.camera).colors),
             marked: png(&marked(&shown, marks)),
             drawn: png(&shown),
-            behind: png(&self.shown(&drawn, &behind).colors),
+            aside: png(&self.shown(&drawn, &aside).colors),
         }
     }
 }

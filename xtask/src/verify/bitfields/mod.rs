@@ -1,6 +1,7 @@
 //! Whether ID-bitfields draw all that is seen: file, views, plot, report.
 
 mod curves;
+mod lists;
 mod look;
 mod original;
 mod page;
@@ -9,20 +10,15 @@ use super::html::PromisedRow;
 use super::report::{self, BitfieldsFigures, VerifyReport};
 use super::subject::require_same_box;
 use super::{Left, VerifyOptions, leave, tell_certificate, write_pictures};
-use crate::bake::cost_of_a_face;
+use crate::bake::cost_of_a_list;
 use crate::console::Console;
 use crate::drawn::flattened;
 use crate::opened;
-use crate::orbit::Orbit;
 use crate::view_cell::represented_box;
-use anyhow::{Context, Result, bail};
-use farfield_bitfields::{FaceRanges, Lookup, Triangulation};
-use farfield_bundle::{
-    Channels, FACES_FILE, FaceLists, GLTF_FILE, Manifest, ProvedBound, ViewSpace, read_faces,
-};
+use anyhow::{Context, Result};
+use farfield_bundle::{Channels, GLTF_FILE, Manifest, ProvedBound};
 use farfield_sampling::Textures;
 use farfield_scene::Scene;
-use glam::DVec3;
 use look::{Looked, Sides};
 
 /// Compares what a bundle of bitfields draws with its original, as [`verify`](super::verify) does.
@@ -35,31 +31,22 @@ pub(super) fn verify(
     let dir = &options.dir;
     let in_manifest = || opened::in_manifest(dir);
     let in_gltf = || dir.join(GLTF_FILE).display().to_string();
-    let lists = read_faces(dir, manifest)?;
-    let lookup = lookup(&lists).with_context(|| dir.join(FACES_FILE).display().to_string())?;
     let impostor = &manifest.impostors[0];
     let represented = represented_box(&original).with_context(in_manifest)?;
     require_same_box(impostor.represented, represented).with_context(in_manifest)?;
-    let orbit = orbit(manifest, represented).with_context(in_manifest)?;
+    let (lists, parts) = lists::read(dir, manifest, represented)?;
     let before = farfield_bundle::cost(&original);
     let original = flattened(&original, &impostor.name, represented).with_context(in_manifest)?;
     let display = opened::display(dir, manifest)?;
     let same = console
         .stage("compare geometry", || {
-            original::compare(&original, &display, &lists.parts)
+            original::compare(&original, &display, &parts)
         })
         .with_context(in_gltf)?;
     let earlier = tell_certificate(dir, manifest, console)?;
 
     let textures = [&original, &display].map(Textures::new);
-    let sides = Sides::new(
-        &original,
-        &display,
-        &textures,
-        &same.places,
-        &lookup,
-        &orbit,
-    );
+    let sides = Sides::new(&original, &display, &textures, &same.places, &lists);
     let mut looked = look_at_all(&sides, options, console);
     let mut report = report::summarise(
         &std::mem::take(&mut looked.totals),
@@ -68,14 +55,14 @@ pub(super) fn verify(
         proved(&same.faults),
         super::CostOfBoth {
             original: before,
-            impostor: cost_of_a_face(&display, lookup.lists()),
+            impostor: cost_of_a_list(&display, lists.ranges()),
         },
     );
     let whole = options.views.start == 0;
     let mut figures = looked.figures();
-    if whole {
+    if let Some(orbit) = lists.orbit().filter(|_| whole) {
         figures.over_samples = console.stage("samples", || {
-            curves::over_samples(&original, &textures[0], &orbit)
+            curves::over_samples(&original, &textures[0], orbit)
         });
     }
     report.worst_view = looked.worst.first().map_or(0, |seen| seen.view);
@@ -104,7 +91,7 @@ pub(super) fn verify(
             dir,
             command: super::command(options),
             manifest,
-            lists: &lists,
+            lists: lists.ranges(),
             report: &report,
             rows,
             worst: &looked.worst,
@@ -121,42 +108,6 @@ pub(super) fn verify(
         console.say(format_args!("  pictures in {}", folder.display()));
     }
     Ok(report)
-}
-
-/// The lists of a file, to be looked up.
-///
-/// # Errors
-///
-/// When the faces are not those that the viewpoints have.
-fn lookup(lists: &FaceLists) -> Result<Lookup> {
-    let faces = Triangulation::new(&lists.viewpoints, DVec3::ZERO)?;
-    let expected = faces.faces().iter().map(|face| face.corners);
-    if !lists.faces.iter().map(|face| face.corners).eq(expected) {
-        bail!("faces are not the convex hull of the viewpoints; bake the bundle again");
-    }
-    let ranges = lists.faces.iter().map(|face| {
-        let ranges = face.draw.iter().map(|[first, end]| *first..*end);
-        ranges.collect()
-    });
-    Ok(Lookup::new(faces, FaceRanges::from_lists(ranges)))
-}
-
-/// From where a manifest says that its scene is seen.
-fn orbit(manifest: &Manifest, represented: [DVec3; 2]) -> Result<Orbit> {
-    let options = &manifest.options;
-    let ViewSpace::Shell { center, near, far } = options.view_space else {
-        bail!("options.view_space is no shell, which bitfields are seen from: bake again");
-    };
-    let fov = options.fov_degrees.to_radians();
-    let orbit = Orbit::new(represented, Some([near, far]), fov, options.resolution)?;
-    let digits = 1e-9 * represented[0].abs().max(represented[1].abs()).max_element();
-    if !center.abs_diff_eq(orbit.center, digits) {
-        bail!(
-            "options.view_space.center is {center}, but the centre of the original is {}: bake again",
-            orbit.center
-        );
-    }
-    Ok(Orbit { center, ..orbit })
 }
 
 /// Views that are looked at before their figures are added up: bounds memory.

@@ -3,9 +3,11 @@
 use super::super::html::{CostRow, Fact, PromisedRow, STYLE, cost, data_uri, facts, rendered};
 use super::super::report::{OverSamples, VerifyReport};
 use super::look::{Pictures, Seen};
+use crate::bake::owners;
 use crate::view_space;
 use anyhow::Result;
-use farfield_bundle::{FaceLists, Manifest, Samples, Technique};
+use farfield_bitfields::FaceRanges;
+use farfield_bundle::{BitfieldsBody, Body, Manifest, Samples, Technique, ViewSpace};
 use serde::Serialize;
 use std::path::Path;
 
@@ -15,7 +17,7 @@ pub(super) struct Sources<'a> {
     /// What verifies the bundle again.
     pub(super) command: String,
     pub(super) manifest: &'a Manifest,
-    pub(super) lists: &'a FaceLists,
+    pub(super) lists: &'a FaceRanges,
     pub(super) report: &'a VerifyReport,
     pub(super) rows: Vec<PromisedRow>,
     pub(super) worst: &'a [Seen],
@@ -29,6 +31,11 @@ struct Page<'a> {
     name: &'a str,
     summary: String,
     made_of: String,
+    /// What lists are of.
+    owner: &'static str,
+    /// From where worst views are seen once more, and how viewpoints are spread.
+    aside: &'static str,
+    spread: &'static str,
     report: &'a VerifyReport,
     cost: Vec<CostRow>,
     promised: Vec<PromisedRow>,
@@ -48,7 +55,7 @@ struct WorstView {
     original: String,
     drawn: String,
     marked: String,
-    behind: String,
+    aside: String,
 }
 
 #[derive(Serialize)]
@@ -98,11 +105,23 @@ pub(super) fn page(sources: &Sources<'_>) -> Result<String> {
     let Sources {
         manifest, report, ..
     } = sources;
+    let space = &manifest.options.view_space;
     let page = Page {
         style: STYLE,
         name: &manifest.impostors[0].name,
         summary: summary(manifest),
         made_of: made_of(sources),
+        owner: owners(space)[0],
+        aside: match space {
+            ViewSpace::Inside { .. } => "from above",
+            _ => "from the other side",
+        },
+        spread: match space {
+            ViewSpace::Inside { .. } => {
+                "spread evenly over the view cell and its borders, each in another direction"
+            }
+            _ => "spread evenly over all directions and distances",
+        },
         report,
         cost: cost(report),
         promised: sources.rows.clone(),
@@ -127,60 +146,72 @@ fn over_samples<'a>(sources: &Sources<'a>) -> &'a [OverSamples] {
 
 fn summary(manifest: &Manifest) -> String {
     let options = &manifest.options;
+    let space = &options.view_space;
+    let aim = match space {
+        ViewSpace::Inside { .. } => "look anywhere",
+        _ => "look at the centre of what is represented",
+    };
     format!(
-        "ID-bitfields for cameras of {0} x {0} pixels and {1} degrees that look at the centre of what is \
-         represented, {2}.",
+        "ID-bitfields for cameras of {0} x {0} pixels and {1} degrees that {aim}, {2}.",
         options.resolution,
         options.fov_degrees,
-        view_space::describe(&options.view_space)
+        view_space::describe(space)
     )
 }
 
+fn body<'a>(sources: &Sources<'a>) -> &'a BitfieldsBody {
+    match &sources.manifest.impostors[0].body {
+        Body::Bitfields(body) => body,
+        Body::Layered(_) | Body::Tdm(_) => unreachable!("these have no lists"),
+    }
+}
+
 fn made_of(sources: &Sources<'_>) -> String {
-    let lists = sources.lists;
     let samples = match sources.manifest.technique {
         Technique::Bitfields { samples, .. } => samples,
-        Technique::Layered { .. } | Technique::Tdm { .. } => unreachable!("these have no faces"),
+        Technique::Layered { .. } | Technique::Tdm { .. } => unreachable!("these have no lists"),
     };
     let how = match samples {
         Samples::Adaptive => "added where views missed something",
         Samples::Even => "spread evenly",
         Samples::Listed => "listed by the user",
     };
-    let drawn: Vec<u64> = (0..lists.faces.len() as u32)
-        .map(|f| lists.drawn(f))
+    let body = body(sources);
+    let [one, several] = owners(&sources.manifest.options.view_space);
+    let drawn: Vec<u32> = (0..body.lists)
+        .map(|list| sources.lists.primitives_of(list))
         .collect();
-    let ranges = lists.faces.iter().map(|face| face.draw.len());
     format!(
-        "{} faces between {} viewpoints, {how}. A face draws {} to {} triangles, in at most {} ranges, \
-         culled are {:.1} % on average. Triangles and draw calls above are the mean over all faces.",
-        lists.faces.len(),
-        lists.viewpoints.len(),
+        "{} {several}, from {} viewpoints, {how}. A {one} draws {} to {} triangles, in at most {} ranges, \
+         culled are {:.1} % on average. Triangles and draw calls above are the mean over all {several}.",
+        body.lists,
+        body.viewpoints,
         drawn.iter().min().unwrap_or(&0),
         drawn.iter().max().unwrap_or(&0),
-        ranges.max().unwrap_or(0),
-        lists.culled() * 100.0
+        body.most_ranges,
+        body.culled * 100.0
     )
 }
 
 fn worst_view(seen: &Seen, pictures: &Pictures, sources: &Sources<'_>) -> WorstView {
     let [x, y, z] = seen.camera.pose.eye.to_array();
-    let all = sources.lists.parts.last().copied().unwrap_or(0);
+    let [one, _] = owners(&sources.manifest.options.view_space);
+    let all = body(sources).triangles;
     WorstView {
         view: seen.view,
         eye: format!("({x:.4}, {y:.4}, {z:.4})"),
         figures: format!(
-            "{} missed pixels, {} wrong pixels, {} of {all} triangles drawn for face {}",
+            "{} missed pixels, {} wrong pixels, {} of {all} triangles drawn for {one} {}",
             seen.missed.len(),
             seen.wrong,
             seen.drawn,
-            seen.face
+            seen.list
         ),
         command: format!("{} --view {}", sources.command, seen.view),
         original: data_uri(&pictures.original),
         drawn: data_uri(&pictures.drawn),
         marked: data_uri(&pictures.marked),
-        behind: data_uri(&pictures.behind),
+        aside: data_uri(&pictures.aside),
     }
 }
 
@@ -207,13 +238,15 @@ fn plots(sources: &Sources<'_>) -> Vec<Plot> {
     else {
         return Vec::new();
     };
-    let viewpoints = sources.lists.viewpoints.len() as u32;
+    let BitfieldsBody {
+        viewpoints, culled, ..
+    } = *body(sources);
     vec![
         plot(
             "Triangles culled, mean over faces, in percent",
             over,
             [|o| o.culled_by_three * 100.0, |o| o.culled_by_six * 100.0],
-            (viewpoints, sources.lists.culled() * 100.0),
+            (viewpoints, culled * 100.0),
             100.0,
         ),
         plot(

@@ -1,0 +1,240 @@
+//! Lists for viewers all around a scene: sample, triangulate, group, adapt, list.
+
+use super::grouped::Grouped;
+use super::sampler::Sampler;
+use super::samples::{self, SampleChoice};
+use super::{BitfieldsOptions, Made, listed_ranges, misses, welded};
+use crate::console::Console;
+use crate::orbit::{FINER, NEAREST, Orbit};
+use anyhow::{Context, Result};
+use farfield_bitfields::{
+    Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Samples, Triangulation, adapt,
+    face_sets, patches_in_parts, with_neighbors,
+};
+use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord, NewFile};
+use farfield_sampling::Textures;
+use farfield_scene::Scene;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Samples that adaptive ones begin with, as the paper has it, and how many they grow to. With more,
+/// faces are smaller and more is culled, but there are more lists, and each face is looked at by fewer
+/// of the views.
+const FIRST_VIEWPOINTS: u32 = 25;
+const MOST_VIEWPOINTS: u32 = 55;
+
+/// So many times as many views as must miss nothing are looked at before it is given up: the bunny needs
+/// six times as many; an engine full of slits was not done after minutes.
+const PATIENCE: u32 = 8;
+
+/// What is drawn of a scene for each face between directions.
+///
+/// * `represented` - the scene's box
+pub(super) fn made(
+    scene: &Scene,
+    represented: [DVec3; 2],
+    choice: &SampleChoice,
+    distances: Option<[f64; 2]>,
+    options: &BitfieldsOptions,
+    console: &Console,
+) -> Result<Made> {
+    let in_scene = || options.scene.to_string();
+    let placed = place(options, represented, choice, distances);
+    let (viewpoints, orbit) = placed.with_context(in_scene)?;
+    let [near, far] = orbit.distances;
+    console.say(format_args!(
+        "  views from {near:.6} m to {far:.6} m around {}",
+        orbit.center
+    ));
+    let textures = console.stage("prepare textures", || Textures::new(scene));
+    let sampler = Sampler::new(scene, &textures);
+
+    let welded = welded(scene);
+    let distances = orbit.sampled();
+    let offsets = distances.viewpoints(&viewpoints);
+    let seen = console.stage("sample", || match choice {
+        SampleChoice::Adaptive => grown_sets(&sampler, &orbit, &offsets, &welded),
+        SampleChoice::Even(_) | SampleChoice::Listed(_) => sets(&sampler, &orbit, &offsets),
+    });
+    let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
+    let parts = crate::drawn::parts(scene);
+    let settings = PatchSettings::default();
+    let grouped = console.stage("group", || {
+        let seen = face_sets(&faces, &distances.unite(&seen), Samples::Six);
+        let (centers, most) = (super::centers(scene), settings.most_primitives);
+        Grouped::new(patches_in_parts(&centers, &faces, &seen, &parts, most))
+    });
+    let (faces, sets, is_clean) = match choice {
+        SampleChoice::Adaptive => {
+            let mut seen = Some(seen);
+            let sample = |offsets: &[DVec3]| {
+                // Of the first viewpoints it is known already.
+                let seen = seen.take();
+                seen.unwrap_or_else(|| grown_sets(&sampler, &orbit, offsets, &welded))
+            };
+            adaptive(
+                &sampler,
+                &orbit,
+                &grouped,
+                &faces,
+                sample,
+                options.held_back(),
+                options.seed,
+                console,
+            )?
+        }
+        SampleChoice::Even(_) | SampleChoice::Listed(_) => {
+            let sets = distances.unite(&seen);
+            let sets = sets.iter().map(|set| grouped.holding(set)).collect();
+            (faces, sets, false)
+        }
+    };
+    // As whoever reads the bundle computes them from what stands there.
+    let faces = Triangulation::new(faces.directions(), DVec3::ZERO)?;
+    let united = face_sets(&faces, &sets, Samples::Six);
+    let lists = (grouped.patches).ranges_in_parts(&united, &parts, settings.most_ranges);
+    let lookup = Lookup::new(faces, lists);
+    let missed = (!is_clean).then(|| {
+        // Not those that were looked at before.
+        let missed = |view| {
+            let camera = orbit.view(view, !options.seed);
+            let ranges = lookup.ranges(camera.pose.eye - orbit.center);
+            sampler.missed(&grouped, ranges, &orbit.window(&camera))
+        };
+        console.stage("look", || misses(options.held_back(), missed))
+    });
+    let viewpoints = lookup.faces().directions().len() as u32;
+    Ok(Made {
+        lists: lookup.lists().clone(),
+        file: NewFile {
+            path: FACES_FILE.into(),
+            bytes: face_lists(&lookup, parts).to_json().into_bytes(),
+        },
+        grouped,
+        viewpoints,
+        samples: match choice {
+            SampleChoice::Adaptive => farfield_bundle::Samples::Adaptive,
+            SampleChoice::Even(_) => farfield_bundle::Samples::Even,
+            SampleChoice::Listed(_) => farfield_bundle::Samples::Listed,
+        },
+        space: orbit.space(),
+        missed,
+    })
+}
+
+/// Directions that are sampled first, and from where pictures are taken.
+fn place(
+    options: &BitfieldsOptions,
+    represented: [DVec3; 2],
+    choice: &SampleChoice,
+    distances: Option<[f64; 2]>,
+) -> Result<(Vec<DVec3>, Orbit)> {
+    let orbit = |distances| {
+        let fov = options.fov_degrees.to_radians();
+        Orbit::new(represented, distances, fov, options.resolution)
+    };
+    match choice {
+        SampleChoice::Adaptive => Ok((samples::even(FIRST_VIEWPOINTS)?, orbit(distances)?)),
+        SampleChoice::Even(count) => Ok((samples::even(*count)?, orbit(distances)?)),
+        SampleChoice::Listed(path) => {
+            let any = orbit(None)?;
+            let listed = samples::listed(path)?;
+            let least = NEAREST * any.radius;
+            let (directions, range) = listed.directions(any.center, least)?;
+            Ok((directions, orbit(distances.or(Some(range)))?))
+        }
+    }
+}
+
+/// The triangles that can be seen from each offset from the centre.
+pub(crate) fn sets(sampler: &Sampler<'_>, orbit: &Orbit, offsets: &[DVec3]) -> Vec<Bitfield> {
+    let set = |offset: &DVec3| {
+        let seen = sampler.seen(&[orbit.recorder(*offset, FINER)]);
+        sampler.with_blended(seen)
+    };
+    offsets.par_iter().map(set).collect()
+}
+
+/// The same, and those that share a vertex with one of them and face the viewer: at grazing angles and
+/// between pixels these are seen next.
+fn grown_sets(
+    sampler: &Sampler<'_>,
+    orbit: &Orbit,
+    offsets: &[DVec3],
+    welded: &[[u32; 3]],
+) -> Vec<Bitfield> {
+    let set = |offset: &DVec3| {
+        let seen = sampler.seen(&[orbit.recorder(*offset, FINER)]);
+        let grown = with_neighbors(&seen, welded, |id| sampler.faces(id, *offset));
+        sampler.with_blended(grown)
+    };
+    offsets.par_iter().map(set).collect()
+}
+
+/// Viewpoints and the patches that they see, until held-back views miss none, or there were too many;
+/// and whether they do.
+#[expect(clippy::too_many_arguments, reason = "all that a bake knows by then")]
+fn adaptive(
+    sampler: &Sampler<'_>,
+    orbit: &Orbit,
+    grouped: &Grouped,
+    first: &Triangulation,
+    mut sample: impl FnMut(&[DVec3]) -> Vec<Bitfield>,
+    held_back: u32,
+    seed: u64,
+    console: &Console,
+) -> Result<(Triangulation, Vec<Bitfield>, bool)> {
+    let settings = AdaptiveSettings {
+        distances: orbit.sampled(),
+        most_viewpoints: MOST_VIEWPOINTS,
+        tolerated_pixels: 0,
+        clean_views: held_back,
+        most_views: held_back.saturating_mul(PATIENCE),
+        seed,
+    };
+    let sample = |offsets: &[DVec3]| {
+        let sets = sample(offsets);
+        sets.iter().map(|set| grouped.holding(set)).collect()
+    };
+    let mut looked = 0;
+    let look = |offsets: &[DVec3]| {
+        looked += offsets.len();
+        let picture =
+            |offset: &DVec3| sampler.patches(grouped, &orbit.window(&orbit.camera(*offset)));
+        offsets.par_iter().map(picture).collect()
+    };
+    let adapted = console.stage("adapt", || {
+        adapt(first.directions(), &settings, sample, look)
+    })?;
+    let Adapted {
+        faces,
+        sets,
+        clean_views,
+        rounds,
+    } = adapted;
+    let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
+    console.say(format_args!(
+        "  {} viewpoints; of {looked} views {missing} missed something, none of the last {clean_views}",
+        sets.len()
+    ));
+    let is_clean = clean_views == held_back;
+    if !is_clean {
+        super::warn_of_misses(clean_views, held_back, console);
+    }
+    Ok((faces, sets, is_clean))
+}
+
+fn face_lists(lookup: &Lookup, parts: Vec<u32>) -> FaceLists {
+    let faces = (0..).zip(lookup.faces().faces());
+    let faces = faces.map(|(index, face)| FaceRecord {
+        corners: face.corners,
+        draw: listed_ranges(lookup.lists().of(index)),
+    });
+    FaceLists {
+        format: FACES_FORMAT.into(),
+        version: FACES_VERSION,
+        viewpoints: lookup.faces().directions().to_vec(),
+        parts,
+        faces: faces.collect(),
+    }
+}

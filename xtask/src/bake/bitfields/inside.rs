@@ -1,0 +1,135 @@
+//! Lists for viewers in a box, which look anywhere: sample each of its cells, group, list.
+
+use super::grouped::Grouped;
+use super::sampler::Sampler;
+use super::{BitfieldsOptions, Made, listed_ranges, misses};
+use crate::console::Console;
+use crate::inside::Inside;
+use crate::orbit::FINER;
+use anyhow::Result;
+use farfield_bitfields::{
+    Bitfield, CellSet, CellSettings, FaceRanges, PatchSettings, cell_patches_in_parts, cell_set,
+};
+use farfield_bundle::{
+    CELLS_FILE, CELLS_FORMAT, CELLS_VERSION, CellLists, CellRecord, NewFile, Samples,
+};
+use farfield_sampling::Textures;
+use farfield_scene::Scene;
+use farfield_views::ViewCell;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Samples of a cell beside the 27 that are taken first; from then on only what views show is added.
+const MOST_SAMPLES: u32 = 400;
+
+/// So many times as many views as must miss nothing are looked at before it is given up: where thousands
+/// of small things are seen past each other, some pixel is always missed.
+const PATIENCE: u32 = 4;
+
+/// Pictures that are looked at then.
+const MEASURED: u32 = 1000;
+
+/// What is drawn of a scene for each view cell of a box.
+pub(super) fn made(
+    scene: &Scene,
+    inside: &Inside,
+    options: &BitfieldsOptions,
+    console: &Console,
+) -> Result<Made> {
+    inside.require_pixels(FINER)?;
+    let textures = console.stage("prepare textures", || Textures::new(scene));
+    let sampler = Sampler::new(scene, &textures);
+    let cells: Vec<ViewCell> = inside.grid().cells().collect();
+    let bar = console.bar("look around", cells.len() as u64);
+    let looked = cells.iter().map(|cell| {
+        let found = seen_from(cell, &sampler, inside, options);
+        bar.inc(1);
+        found
+    });
+    let looked: Vec<CellSet> = console.stage("sample", || looked.collect());
+    bar.finish_and_clear();
+    let sets: Vec<Bitfield> = looked.iter().map(|cell| cell.set.clone()).collect();
+    let viewpoints: usize = looked.iter().map(|cell| cell.viewpoints.len()).sum();
+    let rounds = looked.iter().flat_map(|cell| &cell.rounds);
+    let missing: u32 = rounds.map(|round| round.missing_views).sum();
+    let clean = looked.iter().map(|cell| cell.clean_views).min();
+    let clean = clean.expect("there is a cell");
+    console.say(format_args!(
+        "  {viewpoints} viewpoints in {} cells; {missing} views missed something, none of the last \
+         {clean} of any cell",
+        cells.len()
+    ));
+
+    let parts = crate::drawn::parts(scene);
+    let settings = PatchSettings::default();
+    let grouped = console.stage("group", || {
+        let middles: Vec<DVec3> = cells.iter().map(ViewCell::center).collect();
+        let (centers, most) = (super::centers(scene), settings.most_primitives);
+        Grouped::new(cell_patches_in_parts(
+            &centers, &middles, &sets, &parts, most,
+        ))
+    });
+    let sets: Vec<Bitfield> = sets.iter().map(|set| grouped.holding(set)).collect();
+    let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
+    let held_back = options.held_back();
+    let missed = (clean < held_back).then(|| {
+        super::warn_of_misses(clean, held_back, console);
+        // Not those that were looked at before.
+        let missed = |view| {
+            let camera = inside.view(view, !options.seed);
+            let ranges = lists.of(inside.list(camera.pose.eye));
+            sampler.missed(&grouped, ranges, &camera)
+        };
+        console.stage("look", || misses(MEASURED, missed))
+    });
+    let file = NewFile {
+        path: CELLS_FILE.into(),
+        bytes: cell_lists(&lists, parts).to_json().into_bytes(),
+    };
+    Ok(Made {
+        grouped,
+        lists,
+        file,
+        viewpoints: viewpoints as u32,
+        samples: Samples::Adaptive,
+        space: inside.space(),
+        missed,
+    })
+}
+
+/// All that is seen from a cell.
+fn seen_from(
+    cell: &ViewCell,
+    sampler: &Sampler<'_>,
+    inside: &Inside,
+    options: &BitfieldsOptions,
+) -> CellSet {
+    let settings = CellSettings {
+        most_samples: MOST_SAMPLES,
+        tolerated_pixels: 0,
+        clean_views: options.held_back(),
+        most_views: options.held_back().saturating_mul(PATIENCE),
+        seed: options.seed,
+    };
+    let sample = |eyes: &[DVec3]| {
+        let seen = |eye: &DVec3| sampler.with_blended(sampler.seen(&inside.around(*eye, FINER)));
+        eyes.par_iter().map(seen).collect()
+    };
+    let look = |eyes: &[DVec3]| {
+        let shown = |eye: &DVec3| sampler.counted(&inside.around(*eye, 1.0));
+        eyes.par_iter().map(shown).collect()
+    };
+    cell_set(cell, &settings, sample, look)
+}
+
+fn cell_lists(lists: &FaceRanges, parts: Vec<u32>) -> CellLists {
+    let cells = (0..lists.faces()).map(|cell| CellRecord {
+        draw: listed_ranges(lists.of(cell)),
+    });
+    CellLists {
+        format: CELLS_FORMAT.into(),
+        version: CELLS_VERSION,
+        parts,
+        cells: cells.collect(),
+    }
+}

@@ -1,0 +1,468 @@
+//! ID-bitfields: number, sample, group, list
+//! (O. Meruvia Pastor and T. Strothotte, Approximated View Reconstruction Using Precomputed
+//! ID-Bitfields; patches, adaptive samples and view cells go beyond it).
+
+mod around;
+mod grouped;
+mod inside;
+mod sampler;
+mod samples;
+
+use super::{BakeReport, BitfieldsReport, ImpostorReport};
+use crate::console::{Console, peak_rss_bytes};
+use crate::device::Device;
+use crate::drawn::{self, flattened};
+use crate::inside::Inside;
+use crate::orbit::FINER;
+use crate::outliers;
+use crate::source::{self, Loaded, SceneChoice};
+use crate::view_cell::represented_box;
+use anyhow::{Context, Result, bail};
+pub(crate) use around::sets;
+use farfield_bitfields::{FaceRanges, PatchSettings, culled_share};
+use farfield_bundle::{
+    BitfieldsBody, Body, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
+    Samples, Statistics, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
+};
+use farfield_scene::Scene;
+use glam::{DVec3, Vec3};
+use grouped::Grouped;
+use rayon::prelude::*;
+pub(crate) use sampler::{Sampler, is_in, percentile};
+pub use samples::SampleChoice;
+use std::ops::Range;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// What to bake into ID-bitfields, and how.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BitfieldsOptions {
+    /// What.
+    pub scene: SceneChoice,
+    /// Names of objects to leave out.
+    pub exclude: Vec<String>,
+    /// Pixels along each side of the viewer's picture.
+    pub resolution: u32,
+    /// The viewer's field of view, in degrees.
+    pub fov_degrees: f64,
+    /// Where the viewer is.
+    pub seen_from: SeenFrom,
+    /// Views, held back from the samples, that these are judged by: adaptive ones must miss nothing in
+    /// so many one after another. By default [`HELD_BACK`] or [`HELD_BACK_INSIDE`].
+    pub held_back: Option<u32>,
+    /// Moves the views that are held back.
+    pub seed: u64,
+    /// The bundle's folder; by default `target/farfield/<scene>-bitfields`.
+    pub out: Option<PathBuf>,
+}
+
+impl BitfieldsOptions {
+    /// What the command line takes for a scene if nothing else is asked for.
+    pub fn new(scene: SceneChoice) -> Self {
+        Self {
+            scene,
+            exclude: Vec::new(),
+            resolution: 512,
+            fov_degrees: 45.0,
+            seen_from: SeenFrom::Around {
+                distances: None,
+                samples: SampleChoice::Adaptive,
+            },
+            held_back: None,
+            seed: 0,
+            out: None,
+        }
+    }
+}
+
+/// Where the viewer of ID-bitfields is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SeenFrom {
+    /// All around the scene, in any direction.
+    Around {
+        /// Least and greatest distance from the centre of the scene's box, in metres; where they are not
+        /// given, those of listed viewpoints, or else from where the scene fits into the picture to four
+        /// times as far.
+        distances: Option<[f64; 2]>,
+        /// From where the bake looks.
+        samples: SampleChoice,
+    },
+    /// In a box, looking anywhere.
+    Inside {
+        /// Its centre.
+        center: DVec3,
+        /// Full lengths of its sides, in metres.
+        size: DVec3,
+        /// Into how many view cells it is cut along x, y and z.
+        cells: [u32; 3],
+    },
+}
+
+/// Views from around that must miss nothing unless asked otherwise.
+pub const HELD_BACK: u32 = 3000;
+
+/// Views from each cell of a box that must miss nothing unless asked otherwise: each is six pictures.
+pub const HELD_BACK_INSIDE: u32 = 50;
+
+impl BitfieldsOptions {
+    fn held_back(&self) -> u32 {
+        self.held_back.unwrap_or(match self.seen_from {
+            SeenFrom::Around { .. } => HELD_BACK,
+            SeenFrom::Inside { .. } => HELD_BACK_INSIDE,
+        })
+    }
+}
+
+/// Of so large a share of views a bundle with given samples promises that none misses more than it
+/// says, and so large a share of those that the bake looked at did not. The difference is for chance:
+/// of a thousand other views the 95th percentile is never above the 99th of these.
+const PROMISED_SHARE: f64 = 0.95;
+const MEASURED_SHARE: f64 = 0.99;
+
+/// What is drawn of a scene.
+struct Made {
+    /// Triangles in the order of the file.
+    grouped: Grouped,
+    /// Of each face or cell.
+    lists: FaceRanges,
+    /// The same as a file.
+    file: NewFile,
+    /// Viewpoints that were sampled.
+    viewpoints: u32,
+    samples: Samples,
+    space: ViewSpace,
+    /// How many pixels some views miss, ascending; `None` where so many held-back ones in a row missed
+    /// nothing.
+    missed: Option<Vec<u64>>,
+}
+
+/// Bakes a scene into ID-bitfields: a bundle that draws, for each direction or from each view cell, what
+/// of the original geometry can be seen.
+///
+/// # Errors
+///
+/// When the scene cannot be read, samples, distances or cells do not suit it, or the bundle cannot be
+/// written. Then nothing is left behind.
+pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<BakeReport> {
+    let start = Instant::now();
+    let name = options.scene.name();
+    let dir = options.out.clone();
+    let dir = dir.unwrap_or_else(|| format!("target/farfield/{name}-bitfields").into());
+    farfield_bundle::require_replaceable(&dir)?;
+    let in_scene = || options.scene.to_string();
+
+    let mut loaded = console.stage("read", || source::load(&options.scene, &options.exclude))?;
+    let mut exclude = options.exclude.clone();
+    if let SeenFrom::Around {
+        distances: None, ..
+    } = options.seen_from
+    {
+        exclude.extend(outliers::leave_out(&mut loaded.scene, &mut loaded.warnings));
+    }
+    let represented = represented_box(&loaded.scene).with_context(in_scene)?;
+    let before = farfield_bundle::cost(&loaded.scene);
+    let scene = console.stage("number", || flattened(&loaded.scene, &name, represented));
+    let scene = scene.with_context(in_scene)?;
+    if scene.objects.is_empty() {
+        bail!("{}: no triangle has an area that can be seen", in_scene());
+    }
+    let made = match &options.seen_from {
+        SeenFrom::Around { distances, samples } => {
+            around::made(&scene, represented, samples, *distances, options, console)?
+        }
+        &SeenFrom::Inside {
+            center,
+            size,
+            cells,
+        } => {
+            let fov = options.fov_degrees.to_radians();
+            let inside = Inside::new([center, size], cells, fov, options.resolution)?;
+            inside::made(&scene, &inside, options, console)?
+        }
+    };
+
+    let display = made.grouped.ordered(&scene);
+    let files = console.stage("encode", || encode(&display, &made.file))?;
+    loaded
+        .warnings
+        .iter()
+        .for_each(|warning| console.warn(warning));
+    let impostor = Impostor {
+        name,
+        side: None,
+        represented,
+        body: Body::Bitfields(body(&scene, &made)),
+    };
+    let manifest = manifest(
+        options, &loaded, exclude, &made, before, &display, impostor, &dir,
+    )?;
+    console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
+    summarise(&manifest, &made, console);
+    console.say(format_args!("  bundle in {}", dir.display()));
+    Ok(report(&manifest, &made, dir, start))
+}
+
+/// Says that adaptive samples were given up.
+fn warn_of_misses(clean_views: u32, held_back: u32, console: &Console) {
+    console.warn(format_args!(
+        "views did not stop to miss something: of the last {clean_views} none did, but --held-back asks \
+         for {held_back}; so what others miss is measured and promised, as with --samples"
+    ));
+}
+
+/// How many pixels each of some views misses, ascending.
+fn misses(views: u32, missed: impl Fn(u64) -> u64 + Send + Sync) -> Vec<u64> {
+    let mut all: Vec<u64> = (0..u64::from(views)).into_par_iter().map(missed).collect();
+    all.sort_unstable();
+    all
+}
+
+/// Ranges as they stand in files.
+fn listed_ranges(ranges: &[Range<u32>]) -> Vec<[u32; 2]> {
+    ranges
+        .iter()
+        .map(|range| [range.start, range.end])
+        .collect()
+}
+
+/// Those for whom it is made.
+const AIM: &str = "The camera looks at the centre of what is represented, from between the two \
+    distances; who looks elsewhere from there sees the same triangles.";
+const ANYWHERE: &str = "The camera looks anywhere, from the view cell; inside of what is solid it sees \
+    what it can.";
+
+/// What may be missed.
+const MISSED: &str = "A pixel is missed where the triangle that it shows is not drawn. Blended surfaces \
+    are drawn for every direction and hide nothing.";
+
+/// What is promised, and how it was found: that nothing is missed, or what was measured.
+///
+/// * `missed` - pixels that some views miss, ascending; `None` where so many held-back ones in a row missed
+///   nothing
+pub(crate) fn promise(space: &ViewSpace, held_back: u32, missed: Option<&[u64]>) -> Promise {
+    let is_inside = matches!(space, ViewSpace::Inside { .. });
+    let views = match is_inside {
+        true => "views in a row from each cell, all around,",
+        false => "views in a row",
+    };
+    let found = match missed {
+        None => format!(
+            "Found by looking: {held_back} {views} held back from the samples, missed nothing. So of all \
+             less than {:.2} % miss something, with 95 % confidence.",
+            // (1 - s)^n = 0.05
+            (1.0 - 0.05f64.powf(1.0 / f64::from(held_back.max(1)))) * 100.0
+        ),
+        Some(missed) => format!(
+            "Measured: of {} views, held back from the samples, {:.0} % missed no more. It is \
+             promised of {:.0} % of all.",
+            missed.len(),
+            MEASURED_SHARE * 100.0,
+            PROMISED_SHARE * 100.0
+        ),
+    };
+    let aim = if is_inside { ANYWHERE } else { AIM };
+    Promise {
+        missed_pixels: Some(missed.map_or(0, |missed| percentile(missed, MEASURED_SHARE))),
+        missed_share: missed.map(|_| PROMISED_SHARE),
+        notes: vec![aim.into(), MISSED.into(), found],
+        ..Promise::default()
+    }
+}
+
+/// Three vertices of each triangle, the same one where they are in the same place: files double them where
+/// normals or texture coordinates differ.
+fn welded(scene: &Scene) -> Vec<[u32; 3]> {
+    let bits = |vertex: &u32| {
+        scene.positions[*vertex as usize]
+            .to_array()
+            .map(f32::to_bits)
+    };
+    let mut sorted: Vec<u32> = (0..scene.positions.len() as u32).collect();
+    sorted.sort_unstable_by_key(bits);
+    let mut first = vec![0; sorted.len()];
+    for same in sorted.chunk_by(|a, b| bits(a) == bits(b)) {
+        same.iter()
+            .for_each(|vertex| first[*vertex as usize] = same[0]);
+    }
+    let triangles = scene.triangles.iter();
+    triangles
+        .map(|t| t.map(|vertex| first[vertex as usize]))
+        .collect()
+}
+
+fn centers(scene: &Scene) -> Vec<Vec3> {
+    let center = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| scene.positions[v as usize]);
+        (a + b + c) / 3.0
+    };
+    scene.triangles.iter().map(center).collect()
+}
+
+fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
+    let lists = &made.lists;
+    let most = (0..lists.faces()).map(|list| lists.of(list).len()).max();
+    let always = drawn::blended(scene);
+    BitfieldsBody {
+        triangles: scene.triangles.len() as u64,
+        always_drawn: always.iter().map(|range| range.len() as u64).sum(),
+        viewpoints: made.viewpoints,
+        lists: lists.faces(),
+        ranges: lists.ranges.len() as u64,
+        most_ranges: most.unwrap_or(0) as u32,
+        culled: culled_share(lists, scene.triangles.len() as u32),
+    }
+}
+
+/// The glTF file, the images that it shows, and the lists.
+fn encode(display: &Scene, lists: &NewFile) -> Result<Vec<NewFile>> {
+    let uri = |i: usize| format!("textures/{i:03}.png");
+    let uris: Vec<String> = (0..display.images.len()).map(uri).collect();
+    let glb = NewFile {
+        path: GLTF_FILE.into(),
+        bytes: glb_from_scene(display, &uris)?,
+    };
+    let images = display.images.par_iter().zip(uris);
+    let images = images.map(|(image, path)| NewFile {
+        path,
+        bytes: encode_png(image),
+    });
+    let mut files: Vec<NewFile> = images.collect();
+    files.extend([glb, lists.clone()]);
+    Ok(files)
+}
+
+/// What drawing one list takes on average.
+pub(crate) fn cost_of_a_list(display: &Scene, lists: &FaceRanges) -> Cost {
+    let faces = u64::from(lists.faces()).max(1);
+    let drawn: u64 = (0..lists.faces())
+        .map(|face| u64::from(lists.primitives_of(face)))
+        .sum();
+    Cost {
+        triangles: drawn.div_ceil(faces),
+        draw_calls: (lists.ranges.len() as u64).div_ceil(faces),
+        ..farfield_bundle::cost(display)
+    }
+}
+
+#[expect(
+    clippy::too_many_arguments,
+    reason = "all that is known of a bake ends up here"
+)]
+fn manifest(
+    options: &BitfieldsOptions,
+    loaded: &Loaded,
+    exclude: Vec<String>,
+    made: &Made,
+    before: Cost,
+    display: &Scene,
+    impostor: Impostor,
+    dir: &std::path::Path,
+) -> Result<Manifest> {
+    let held_back = options.held_back();
+    Ok(Manifest {
+        format: FORMAT.into(),
+        version: VERSION,
+        generator: crate::generator(),
+        technique: Technique::Bitfields {
+            samples: made.samples,
+            held_back,
+            patch_triangles: PatchSettings::default().most_primitives,
+            finer: FINER,
+        },
+        options: Options {
+            resolution: options.resolution,
+            fov_degrees: options.fov_degrees,
+            view_space: made.space.clone(),
+            exclude,
+        },
+        scene: source::record(&options.scene, &loaded.sha256, dir)?,
+        promise: promise(&made.space, held_back, made.missed.as_deref()),
+        statistics: Statistics {
+            before,
+            after: cost_of_a_list(display, &made.lists),
+            ..Statistics::default()
+        },
+        warnings: loaded.warnings.clone(),
+        impostors: vec![impostor],
+        files: Vec::new(),
+        sha256: String::new(),
+    })
+}
+
+fn body_of(manifest: &Manifest) -> &BitfieldsBody {
+    match &manifest.impostors[0].body {
+        Body::Bitfields(body) => body,
+        Body::Layered(_) | Body::Tdm(_) => unreachable!("it was just made"),
+    }
+}
+
+/// What lists are of, one and several.
+pub(crate) fn owners(space: &ViewSpace) -> [&'static str; 2] {
+    match space {
+        ViewSpace::Inside { .. } => ["cell", "cells"],
+        _ => ["face", "faces"],
+    }
+}
+
+fn summarise(manifest: &Manifest, made: &Made, console: &Console) {
+    let (body, promise) = (body_of(manifest), &manifest.promise);
+    let Statistics { before, after, .. } = &manifest.statistics;
+    let [one, several] = owners(&made.space);
+    super::say_cost(before, after, &format!("a {one}, mean"), console);
+    let drawn = (0..body.lists).map(|list| made.lists.primitives_of(list));
+    console.say(format_args!(
+        "\n  {:.1} % of the triangles culled, mean over {} {several}, from {} viewpoints; at most {} drawn, \
+         in {} ranges; lists of {} bytes",
+        body.culled * 100.0,
+        body.lists,
+        body.viewpoints,
+        drawn.max().unwrap_or(0),
+        body.most_ranges,
+        made.file.bytes.len()
+    ));
+    console.say(format_args!(
+        "  promised: at most {} missed pixels in {}",
+        promise.missed_pixels.unwrap_or(0),
+        match promise.missed_share {
+            None => "any view".into(),
+            Some(share) => format!("{:.0} % of the views", share * 100.0),
+        }
+    ));
+}
+
+fn report(manifest: &Manifest, made: &Made, dir: PathBuf, start: Instant) -> BakeReport {
+    let (body, after) = (body_of(manifest), &manifest.statistics.after);
+    BakeReport {
+        bundle: dir,
+        technique: manifest.technique.name(),
+        device: Device::cpu().name().into(),
+        seconds: start.elapsed().as_secs_f64(),
+        triangles_in: manifest.statistics.before.triangles,
+        triangles_out: after.triangles,
+        layers: 0,
+        quads: 0,
+        draw_calls: after.draw_calls,
+        atlas_bytes: after.texture_bytes,
+        geometry_bytes: after.geometry_bytes,
+        initial_triangles: 0,
+        texels_recorded: 0,
+        texels_kept: 0,
+        bitfields: Some(BitfieldsReport {
+            viewpoints: body.viewpoints,
+            lists: body.lists,
+            ranges: body.ranges,
+            most_ranges: body.most_ranges,
+            culled: body.culled,
+            always_drawn: body.always_drawn,
+            list_bytes: made.file.bytes.len() as u64,
+            missed_pixels: manifest.promise.missed_pixels.unwrap_or(0),
+            missed_share: manifest.promise.missed_share.unwrap_or(1.0),
+        }),
+        peak_rss_bytes: peak_rss_bytes(),
+        impostors: vec![ImpostorReport {
+            name: manifest.impostors[0].name.clone(),
+            layers: 0,
+            quads: 0,
+        }],
+    }
+}
