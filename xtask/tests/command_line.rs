@@ -9,6 +9,8 @@ fn xtask(arguments: &[&str], folder: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask"))
         .args(arguments)
         .current_dir(folder)
+        // Mesa's drivers print to stderr where there is no desktop.
+        .env("NODEVICE_SELECT", "1")
         .output()
         .expect("the program starts")
 }
@@ -142,7 +144,7 @@ fn bitfields_report_as_promised() {
     assert_eq!(object["technique"], "bitfields");
     for name in [
         "viewpoints",
-        "faces",
+        "lists",
         "ranges",
         "culled",
         "list_bytes",
@@ -184,10 +186,7 @@ fn options_of_other_techniques_are_refused() {
     let layered = ["bake", "house"];
     for (first, rest) in [
         (&bitfields[..], &["--views-around=30"][..]),
-        (
-            &bitfields,
-            &["--view-cell", "box:0,0,90:1,1,1", "--far", "30"],
-        ),
+        (&bitfields, &["--far=30", "--view-cell", "box:0,0,90:1,1,1"]),
         (&bitfields, &["--foliage", "centre"]),
         (&bitfields, &["--channels", "pbr"]),
         (&bitfields, &["--max-bytes", "1000"]),
