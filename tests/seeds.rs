@@ -6,13 +6,15 @@
 
 mod good;
 
-use farfield_bundle::{FACES_FILE, GLTF_FILE, MANIFEST_FILE};
+use farfield_bundle::{CELLS_FILE, FACES_FILE, GLTF_FILE, MANIFEST_FILE};
+use glam::DVec3;
 use good::{good_scenes, ktx2, picture};
 use image::ImageFormat;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 use xtask::{
-    Arrangement, BakeOptions, BitfieldsOptions, Console, Making, SceneChoice, bake, bake_bitfields,
+    Arrangement, BakeOptions, BitfieldsOptions, Console, Making, SceneChoice, SeenFrom, bake,
+    bake_bitfields,
 };
 
 /// What the fuzzer takes, in bytes.
@@ -60,6 +62,13 @@ fn main() -> anyhow::Result<()> {
     }
     Ok(())
 }
+
+/// Two view cells beside the scene.
+const BESIDE: SeenFrom = SeenFrom::Inside {
+    center: DVec3::new(0.5, 0.5, 4.0),
+    size: DVec3::ONE,
+    cells: [2, 1, 1],
+};
 
 /// Files of bundles of all kinds: those that the target of the fuzzer bakes itself, of the scene
 /// beside it, and manifests of others.
@@ -115,16 +124,22 @@ fn bundles() -> anyhow::Result<Vec<(String, Vec<u8>)>> {
             files.push((format!("{name}-{}", file.replace('/', "-")), bytes));
         }
     }
-    let dir = folder.path().join("bitfields");
-    let options = BitfieldsOptions {
-        resolution: 16,
-        held_back: Some(16),
-        out: Some(dir.clone()),
-        ..BitfieldsOptions::new(SceneChoice::File(scene))
-    };
-    bake_bitfields(&options, &Console::Silent)?;
-    for file in [MANIFEST_FILE, GLTF_FILE, FACES_FILE] {
-        files.push((format!("bitfields-{file}"), fs::read(dir.join(file))?));
+    for (name, lists, seen_from) in [
+        ("bitfields", FACES_FILE, None),
+        ("cells", CELLS_FILE, Some(BESIDE)),
+    ] {
+        let dir = folder.path().join(name);
+        let mut options = BitfieldsOptions {
+            resolution: 16,
+            held_back: Some(16),
+            out: Some(dir.clone()),
+            ..BitfieldsOptions::new(SceneChoice::File(scene.clone()))
+        };
+        options.seen_from = seen_from.unwrap_or(options.seen_from);
+        bake_bitfields(&options, &Console::Silent)?;
+        for file in [MANIFEST_FILE, GLTF_FILE, lists] {
+            files.push((format!("{name}-{file}"), fs::read(dir.join(file))?));
+        }
     }
     Ok(files)
 }

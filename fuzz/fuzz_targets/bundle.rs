@@ -3,18 +3,29 @@
 
 #![no_main]
 
-use farfield_bundle::{Channels, FACES_FILE, FACES_FORMAT, GLTF_FILE, MANIFEST_FILE, sha256_hex};
+use farfield_bundle::{
+    CELLS_FILE, CELLS_FORMAT, Channels, FACES_FILE, FACES_FORMAT, GLTF_FILE, MANIFEST_FILE,
+    sha256_hex,
+};
+use glam::DVec3;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 use xtask::{
-    BakeOptions, BitfieldsOptions, Console, Making, SceneChoice, VerifyOptions, bake,
+    BakeOptions, BitfieldsOptions, Console, Making, SceneChoice, SeenFrom, VerifyOptions, bake,
     bake_bitfields, verify,
 };
 
 const SCENE: &[u8] = include_bytes!("../scene.obj");
 const PAGE_FILE: &str = "pages/000.png";
+
+/// Two view cells beside the scene.
+const BESIDE: SeenFrom = SeenFrom::Inside {
+    center: DVec3::new(0.5, 0.5, 4.0),
+    size: DVec3::ONE,
+    cells: [2, 1, 1],
+};
 
 /// Good bundles, and where they lie.
 struct Good {
@@ -69,15 +80,19 @@ static GOOD: LazyLock<Good> = LazyLock::new(|| {
             Bundle::read(dir, PAGE_FILE)
         });
     let mut bundles: Vec<Bundle> = bundles.collect();
-    let dir = folder.path().join("bitfields");
-    let options = BitfieldsOptions {
-        resolution: 16,
-        held_back: Some(16),
-        out: Some(dir.clone()),
-        ..BitfieldsOptions::new(SceneChoice::File(scene))
-    };
-    bake_bitfields(&options, &Console::Silent).expect("the scene can be baked");
-    bundles.push(Bundle::read(dir, FACES_FILE));
+    let around = BitfieldsOptions::new(SceneChoice::File(scene.clone())).seen_from;
+    for (lists, seen_from) in [(FACES_FILE, around), (CELLS_FILE, BESIDE)] {
+        let dir = folder.path().join(lists);
+        let options = BitfieldsOptions {
+            resolution: 16,
+            held_back: Some(16),
+            out: Some(dir.clone()),
+            seen_from,
+            ..BitfieldsOptions::new(SceneChoice::File(scene.clone()))
+        };
+        bake_bitfields(&options, &Console::Silent).expect("the scene can be baked");
+        bundles.push(Bundle::read(dir, lists));
+    }
     Good { bundles, folder }
 });
 
@@ -115,16 +130,17 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     for bundle in &good.bundles {
         let manifest = bundle.manifest.to_string().into_bytes();
         let (name, shown) = &bundle.shown;
-        let are_lists = || {
-            bytes
-                .windows(FACES_FORMAT.len())
-                .any(|w| w == FACES_FORMAT.as_bytes())
+        let says = |format: &str| {
+            let mut places = bytes.windows(format.len());
+            places.any(|place| place == format.as_bytes())
         };
         // How the bytes begin tells what they are, and of lists their format.
         match bytes {
             [b'g', ..] => bundle.write(&manifest, bytes, shown),
             [0x89, ..] if *name == PAGE_FILE => bundle.write(&manifest, &bundle.geometry, bytes),
-            _ if *name == FACES_FILE && are_lists() => {
+            _ if *name == FACES_FILE && says(FACES_FORMAT)
+                || *name == CELLS_FILE && says(CELLS_FORMAT) =>
+            {
                 bundle.write(&manifest, &bundle.geometry, bytes);
             }
             _ => bundle.write(bytes, &bundle.geometry, shown),
