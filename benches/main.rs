@@ -9,8 +9,8 @@
 //! depth meshes, `-- simplify` what simplifying them costs, beside meshoptimizer,
 //! `-- bitfields` the tables of ID-bitfields, `-- distances` those of samples at two distances,
 //! `-- adaptive` what it takes until these miss nothing, of all models or, `-- adaptive NAME`, of one,
-//! `-- culled` what they leave to draw beside other ways to draw less, `-- cells` what view cells amid
-//! towns see.
+//! `-- culled` what they leave to draw beside other ways to draw less, `-- frames` what pictures of that
+//! take, `-- cells` what view cells amid towns see.
 //! Only `-- compare` takes all models, which is a matter of ten minutes: otherwise the comparison is
 //! that of the built-in house. With `--pictures DIR` it writes what it compares into a folder.
 #![expect(clippy::print_stdout, reason = "tables are printed")]
@@ -22,6 +22,7 @@ mod bitfields;
 mod capture;
 mod compare;
 mod culled;
+mod frames;
 mod growth;
 mod models;
 mod numbered;
@@ -79,6 +80,9 @@ fn main() {
     if let Some(at) = asked("adaptive") {
         let name = arguments.get(at + 1).map_or("", String::as_str);
         return bitfields::adaptive_tables(name);
+    }
+    if asked("frames").is_some() {
+        return frames::table();
     }
     if asked("culled").is_some() {
         return culled::table();

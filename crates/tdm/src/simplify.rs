@@ -5,6 +5,7 @@ use crate::near::VoxelIndex;
 use crate::touch::{Target, interval_in_box};
 use crate::{Cuboid, Mesh, VoxelLayers};
 use glam::Vec3;
+use smallvec::SmallVec;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -69,6 +70,12 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
     }
 }
 
+/// As many as are mostly around a vertex: that needs no memory of its own.
+type Few<T> = SmallVec<[T; 8]>;
+
+/// The voxels of a triangle, few of most.
+type Voxels = SmallVec<[u32; 4]>;
+
 struct Work {
     index: VoxelIndex,
     /// What must be touched: voxels, enlarged, and places of vertices.
@@ -80,10 +87,10 @@ struct Work {
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
-    voxels: Vec<Vec<u32>>,
+    voxels: Vec<Voxels>,
     held: Vec<bool>,
     /// Of each vertex its triangles; none where it is gone.
-    around: Vec<Vec<u32>>,
+    around: Vec<Few<u32>>,
     /// How often the triangles around each vertex have changed.
     changes: Vec<u32>,
     /// By length, then by ends, so that results do not depend on anything else. Squared; positive
@@ -105,12 +112,13 @@ enum Surroundings {
 
 impl Work {
     fn new(mesh: &Mesh, voxels: &VoxelLayers<'_>) -> Self {
-        let mut around = vec![Vec::new(); mesh.positions.len()];
+        let mut around = vec![Few::new(); mesh.positions.len()];
         for (i, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| around[*v as usize].push(i));
         }
         let count: usize = voxels.layers.iter().map(Vec::len).sum();
-        let (mut places, mut standing) = (Vec::new(), mesh.voxels.clone());
+        let standing = mesh.voxels.iter().map(|voxels| Voxels::from_slice(voxels));
+        let (mut places, mut standing) = (Vec::new(), standing.collect::<Vec<_>>());
         for (vertex, _) in (0..).zip(&mesh.held).filter(|(_, held)| **held) {
             let triangle: u32 = around[vertex as usize][0];
             standing[triangle as usize].push((count + places.len()) as u32);
@@ -200,15 +208,15 @@ impl Work {
 
     fn surroundings(&self, vertex: u32) -> Surroundings {
         // The other two vertices of each triangle, by vertices.
-        let mut beside: Vec<(u32, u32)> = Vec::new();
+        let mut beside: SmallVec<[(u32, u32); 16]> = SmallVec::new();
         for (i, t) in (0..).zip(&self.around[vertex as usize]) {
             let others = self.triangle(*t).into_iter().filter(|v| *v != vertex);
             beside.extend(others.map(|v| (v, i)));
         }
         beside.sort_unstable();
-        let mut joined: Vec<u32> = (0..self.around[vertex as usize].len() as u32).collect();
-        let mut ends = Vec::new();
-        let mut at_ends = Vec::new();
+        let mut joined: Few<u32> = (0..self.around[vertex as usize].len() as u32).collect();
+        let mut ends: Few<(u32, usize)> = Few::new();
+        let mut at_ends: Few<u32> = Few::new();
         for at_edge in beside.chunk_by(|a, b| a.0 == b.0) {
             match at_edge {
                 [(_, a), (_, b)] => join(&mut joined, *a, *b),
@@ -220,14 +228,14 @@ impl Work {
             }
         }
         let count = joined.len() as u32;
-        let mut roots: Vec<u32> = (0..count).map(|i| root(&mut joined, i)).collect();
+        let mut roots: Few<u32> = (0..count).map(|i| root(&mut joined, i)).collect();
         roots.sort_unstable();
         roots.dedup();
         match ends[..] {
             [] if roots.len() == 1 => Surroundings::Inside,
             [(a, of_a), (b, of_b)] if of_a == of_b => {
                 // Each surface lies between the two; none touches only the vertex.
-                let mut reached: Vec<u32> = at_ends.iter().map(|i| root(&mut joined, *i)).collect();
+                let mut reached: Few<u32> = at_ends.iter().map(|i| root(&mut joined, *i)).collect();
                 reached.sort_unstable();
                 reached.dedup();
                 match reached == roots {
@@ -249,9 +257,10 @@ impl Work {
             Surroundings::Line(_) | Surroundings::Corner => return false,
         };
         let around = &self.around[gone as usize];
-        let (vanishing, moving): (Vec<u32>, Vec<u32>) = around
+        let (vanishing, moving): (Few<u32>, Few<u32>) = around
             .iter()
-            .partition(|t| self.triangle(**t).contains(&kept));
+            .copied()
+            .partition(|t| self.triangle(*t).contains(&kept));
         // What would lose its last triangle stays.
         let loses_all = |v: u32| {
             let around = &self.around[v as usize];
@@ -263,7 +272,7 @@ impl Work {
             return false;
         }
         let to = |v: u32| if v == gone { kept } else { v };
-        let moved: Vec<[u32; 3]> = moving.iter().map(|t| self.triangle(*t).map(to)).collect();
+        let moved: Few<[u32; 3]> = moving.iter().map(|t| self.triangle(*t).map(to)).collect();
         let before_and_after = moving.iter().map(|t| self.triangle(*t)).zip(&moved);
         for (before, after) in before_and_after {
             let (before, after) = (self.normal(before), self.normal(*after));
@@ -284,7 +293,7 @@ impl Work {
         let ring = self.neighbors(gone);
         let before = self.neighbors(kept);
         let new = |v: &&u32| before.binary_search(v).is_err();
-        let new: Vec<u32> = ring.iter().filter(new).copied().collect();
+        let new: Few<u32> = ring.iter().filter(new).copied().collect();
         // The mesh keeps its pieces and holes if the ends of the edge have no neighbours in common
         // but those of the triangles between them. Among the ring are the two ends themselves.
         if ring.len() - new.len() != vanishing.len() + 2 {
@@ -305,14 +314,14 @@ impl Work {
                 self.around[vertex as usize].retain(|t| t != triangle);
             }
             self.triangles[*triangle as usize] = None;
-            self.voxels[*triangle as usize] = Vec::new();
+            self.voxels[*triangle as usize] = Voxels::new();
         }
         for ((triangle, corners), voxels) in moving.iter().zip(moved).zip(divided) {
             self.triangles[*triangle as usize] = Some(corners);
             self.voxels[*triangle as usize] = voxels;
             self.around[kept as usize].push(*triangle);
         }
-        self.around[gone as usize] = Vec::new();
+        self.around[gone as usize] = Few::new();
         for v in ring {
             self.changes[v as usize] += 1;
         }
@@ -323,9 +332,9 @@ impl Work {
     }
 
     /// The vertices of the triangles around one, itself included, in ascending order.
-    fn neighbors(&self, vertex: u32) -> Vec<u32> {
+    fn neighbors(&self, vertex: u32) -> SmallVec<[u32; 24]> {
         let around = self.around[vertex as usize].iter();
-        let mut all: Vec<u32> = around.flat_map(|t| self.triangle(*t)).collect();
+        let mut all: SmallVec<[u32; 24]> = around.flat_map(|t| self.triangle(*t)).collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -338,9 +347,9 @@ impl Work {
     }
 
     /// For the voxels of some triangles, which of others touches each; `None` where none touches one.
-    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Vec<Vec<u32>>> {
+    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Few<Voxels>> {
         let voxels = || before.iter().map(|t| &self.voxels[*t as usize]);
-        let targets: Vec<Target> = after
+        let targets: Few<Target> = after
             .iter()
             .map(|t| Target::new(self.corners(*t)))
             .collect();
@@ -361,7 +370,7 @@ impl Work {
                 return None;
             }
         }
-        let mut divided = vec![Vec::new(); after.len()];
+        let mut divided: Few<Voxels> = SmallVec::from_elem(Voxels::new(), after.len());
         for voxel in voxels().flatten() {
             divided[touching(voxel)?].push(*voxel);
         }
