@@ -18,6 +18,9 @@ use xtask::{Shown, ViewMode};
 /// Flickering shows each side for so long: slow enough for anybody's eyes.
 const FLICKER: Duration = Duration::from_millis(500);
 
+/// What is said is shown for so long.
+const SAY: Duration = Duration::from_secs(5);
+
 /// How often it is asked whether the GPU has told a time.
 const ASK: Duration = Duration::from_millis(30);
 
@@ -47,7 +50,8 @@ struct App {
     is_native: bool,
     has_panel: bool,
     has_help: bool,
-    message: String,
+    /// What is said, and until when.
+    message: Option<(String, Instant)>,
     /// Keys that move.
     held: BTreeSet<Key>,
     start: Instant,
@@ -137,7 +141,7 @@ impl App {
             is_native: false,
             has_panel: true,
             has_help: false,
-            message: String::new(),
+            message: None,
             held: BTreeSet::new(),
             start: Instant::now(),
             texture,
@@ -225,7 +229,7 @@ impl App {
             } else if let Some((action, rank)) = keys::action_of(key)
                 && (!repeat || keys::repeats(action))
             {
-                self.message.clear();
+                self.message = None;
                 self.act(action, rank)?;
             }
         }
@@ -236,7 +240,7 @@ impl App {
         let space = &self.shown.manifest.options.view_space;
         match action {
             Action::Mode(mode) if mode != ViewMode::Impostor && self.shown.original.is_none() => {
-                self.message = "the original is not there: only the impostor is shown".into();
+                self.say("the original is not there: only the impostor is shown");
             }
             Action::Mode(mode) => self.look.mode = mode,
             Action::Split(by) => self.look.split = (self.look.split + by).clamp(0.0, 1.0),
@@ -244,10 +248,10 @@ impl App {
             Action::Leave => {
                 self.flight.leave(space, !self.flight.leaves);
                 self.pictures.touch();
-                self.message = match self.flight.leaves {
-                    true => "the view cell can be left".into(),
-                    false => "the view cell is not left any more".into(),
-                };
+                self.say(match self.flight.leaves {
+                    true => "the view cell can be left",
+                    false => "the view cell is not left any more",
+                });
             }
             Action::Target => {
                 self.flight.look_at(self.shown.center());
@@ -259,10 +263,9 @@ impl App {
             Action::Worst => match (self.shown.worst.get(rank), self.shown.worst.len()) {
                 (Some(view), _) => self.visit(*view)?,
                 (None, 0) => {
-                    self.message =
-                        "the worst views are not known: cargo xtask verify finds them".into();
+                    self.say("the worst views are not known: cargo xtask verify finds them");
                 }
-                (None, count) => self.message = format!("verify kept the worst {count} views"),
+                (None, count) => self.say(format!("verify kept the worst {count} views")),
             },
             Action::Step(by) => {
                 let view = self.flight.at.map_or(0, |sight| sight.view);
@@ -273,6 +276,10 @@ impl App {
             Action::Help => self.has_help = !self.has_help,
         }
         Ok(())
+    }
+
+    fn say(&mut self, message: impl Into<String>) {
+        self.message = Some((message.into(), Instant::now() + SAY));
     }
 
     fn visit(&mut self, view: u64) -> Result<()> {
@@ -290,10 +297,10 @@ impl App {
         let mode = self.look.mode.name();
         let name = format!("{}{}-{mode}.png", self.shown.name, view.unwrap_or_default());
         let path = std::path::absolute(&name).unwrap_or_else(|_| PathBuf::from(name));
-        self.message = match screenshot::write(&picture, &path) {
+        self.say(match screenshot::write(&picture, &path) {
             Ok(()) => format!("saved {}", path.display()),
             Err(error) => format!("not saved: {error:#}"),
-        };
+        });
         Ok(())
     }
 
@@ -359,9 +366,12 @@ impl App {
         if self.has_panel {
             let words = panel::words(&self.shown, &self.pictures, &self.flight, &self.look);
             panel::show(ui, &words);
-            if !self.message.is_empty() {
-                panel::show_message(ui, &self.message);
-            }
+        }
+        if let Some((message, until)) = &self.message
+            && let Some(rest) = until.checked_duration_since(Instant::now())
+        {
+            panel::show_message(ui, message);
+            ui.request_repaint_after(rest);
         }
         if self.has_help {
             panel::show_help(ui);

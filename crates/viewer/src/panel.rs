@@ -42,7 +42,7 @@ pub(crate) fn words(shown: &Shown, pictures: &Pictures, flight: &Flight, look: &
             options.fov_degrees, options.resolution, options.resolution
         ),
         match gpu.is_software() {
-            true => format!("{}: a driver that does without a GPU", gpu.name()),
+            true => format!("{}, without a GPU", gpu.name()),
             false => gpu.name().into(),
         },
     ];
@@ -134,6 +134,9 @@ fn rank(shown: &Shown, view: u64) -> String {
     })
 }
 
+/// Brighter than egui's own.
+const TEXT: egui::Color32 = egui::Color32::from_gray(215);
+
 const WARNING: egui::Color32 = egui::Color32::from_rgb(255, 176, 64);
 
 /// Shows the words in the upper left corner of the window.
@@ -145,12 +148,12 @@ pub(crate) fn show(ui: &egui::Ui, words: &Words) {
         |ui| {
             ui.strong(&words.title);
             egui::Grid::new("figures").num_columns(3).show(ui, |ui| {
-                for row in &[["", "original", "impostor"].map(String::from)] {
-                    row.iter().for_each(|cell| drop(ui.weak(cell)));
-                    ui.end_row();
+                for name in ["", "original", "impostor"] {
+                    ui.label(name);
                 }
+                ui.end_row();
                 for [what, original, impostor] in &words.rows {
-                    ui.weak(what);
+                    ui.label(what);
                     ui.monospace(original);
                     ui.monospace(impostor);
                     ui.end_row();
@@ -159,7 +162,7 @@ pub(crate) fn show(ui: &egui::Ui, words: &Words) {
             words.lines.iter().for_each(|line| drop(ui.label(line)));
             let warnings = words.warnings.iter();
             warnings.for_each(|line| drop(ui.colored_label(WARNING, line)));
-            ui.weak("H: help");
+            ui.label("H: help");
         },
     );
 }
@@ -193,6 +196,7 @@ fn in_frame(ui: &egui::Ui, area: egui::Area, add: impl FnOnce(&mut egui::Ui)) {
     area.interactable(false).show(ui.ctx(), |ui| {
         // Lines are as long as they are.
         ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
+        ui.visuals_mut().override_text_color = Some(TEXT);
         egui::Frame::popup(ui.style()).show(ui, add);
     });
 }
