@@ -1,6 +1,7 @@
 //! The GPU backend against the CPU's pictures, which are the reference.
 
 mod bakes;
+mod comparison;
 mod display;
 mod errors;
 mod ids;

@@ -15,7 +15,7 @@ pub enum Console {
 
 impl Console {
     /// Runs a stage and says how long it took and how much memory the program has needed so far.
-    pub(crate) fn stage<T>(&self, name: &str, work: impl FnOnce() -> T) -> T {
+    pub fn stage<T>(&self, name: &str, work: impl FnOnce() -> T) -> T {
         let spinner = match self {
             Self::Stderr => ProgressBar::new_spinner().with_message(name.to_owned()),
             Self::Silent => ProgressBar::hidden(),

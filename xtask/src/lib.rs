@@ -7,6 +7,7 @@ mod device;
 mod drawn;
 mod dump;
 mod inside;
+mod lists;
 mod opened;
 mod orbit;
 mod outliers;
@@ -35,7 +36,10 @@ pub use verify::{
     BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
     SurfaceBias, VerifyOptions, VerifyReport, verify, verify_on,
 };
-pub use view::{ViewOptions, export, page_content, page_program, require_export, serve};
+pub use view::{
+    CostOfShown, Shown, Sight, ViewMode, ViewOptions, WindowOptions, export, page_content,
+    page_program, picture_size, require_export, serve, window,
+};
 pub use view_cell::ViewCellSpec;
 
 /// What bundles and certificates name as their maker.

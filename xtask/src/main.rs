@@ -1,6 +1,6 @@
 //! `cargo xtask`: bakes impostors, verifies them and shows them.
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::io::Write;
@@ -9,8 +9,8 @@ use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
     DeviceChoice, Foliage, Limits, Making, SampleChoice, SceneChoice, SeenFrom, VerifyOptions,
-    VerifyReport, ViewCellSpec, ViewOptions, bake_bitfields, bake_on, export, page_content,
-    page_program, require_export, serve, verify_on,
+    VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions, bake_bitfields, bake_on,
+    export, page_content, page_program, picture_size, require_export, serve, verify_on, window,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -226,7 +226,7 @@ struct ViewArgs {
     /// impostor is shown alone.
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// Serves a page for a browser on this machine. Needs Node.js and npm to build the page once.
+    /// Serves a page for a browser on this machine, in place of a window. Needs Node.js and npm to build the page once.
     #[arg(long)]
     web: bool,
     /// The port to serve the page on. [default: one that is free]
@@ -235,6 +235,18 @@ struct ViewArgs {
     /// Writes the page into a folder that any web server can show, instead of serving it.
     #[arg(long, value_name = "FOLDER", requires = "web", conflicts_with = "port")]
     export: Option<PathBuf>,
+    /// Begins at this viewpoint, as `verify` counts.
+    #[arg(long, value_name = "N", conflicts_with = "web", value_parser = clap::value_parser!(u64).range(..MOST_VIEWS))]
+    view: Option<u64>,
+    /// What is shown of original and impostor. [default: split, or the impostor where it is alone]
+    #[arg(long, value_enum, conflicts_with = "web")]
+    mode: Option<ViewMode>,
+    /// Width and height of the picture in pixels, as in 800x600. [default: as many as were promised]
+    #[arg(long, value_name = "WxH", conflicts_with = "web", value_parser = picture_size)]
+    size: Option<[u32; 2]>,
+    /// Writes the picture to a PNG file, without a window.
+    #[arg(long, value_name = "FILE", conflicts_with = "web")]
+    screenshot: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -444,13 +456,6 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
 }
 
 fn run_view(args: ViewArgs) -> anyhow::Result<ExitCode> {
-    if !args.web {
-        bail!(
-            "there is no window to look at a bundle in, but a page for a browser: cargo xtask view \
-             {} --web",
-            args.dir.display()
-        );
-    }
     if let Some(folder) = &args.export {
         require_export(folder, &args.dir)?;
     }
@@ -458,6 +463,17 @@ fn run_view(args: ViewArgs) -> anyhow::Result<ExitCode> {
         dir: args.dir,
         scene: args.scene,
     };
+    if !args.web {
+        let begin = WindowOptions {
+            view: args.view,
+            mode: args.mode,
+            size: args.size,
+            screenshot: args.screenshot,
+        };
+        let status = window(&options, &begin)?;
+        let code = status.code().and_then(|code| u8::try_from(code).ok());
+        return Ok(ExitCode::from(code.unwrap_or(1)));
+    }
     let console = &Console::Stderr;
     let mut files = page_content(&options, console)?;
     files.extend(page_program(console)?);

@@ -219,13 +219,18 @@ fn view_says_what_to_do() {
         assert!(stderr(&output).contains(message), "{}", stderr(&output));
         assert!(output.stdout.is_empty());
     };
-    look(&["view", "house"], "cargo xtask view house --web");
     let verified = xtask(&["verify", "house"], folder.path());
     let text = stderr(&verified);
     let error = text
         .lines()
         .find(|line| line.starts_with("error: "))
         .unwrap();
+    // Nothing is built for a bundle that is not there.
+    look(&["view", "house"], error);
+    look(
+        &["view", "house", "--screenshot", "a.png", "--view", "3"],
+        error,
+    );
     look(&["view", "house", "--web"], error);
     look(&["view", "house", "--web", "--export", "page"], error);
     look(
@@ -250,6 +255,10 @@ fn a_wrong_command_line_is_status_2() {
         &["view", ".", "--export", "page"],
         &["view", ".", "--web", "--port", "80000"],
         &["view", ".", "--web", "--port", "80", "--export", "page"],
+        &["view", ".", "--web", "--screenshot", "a.png"],
+        &["view", ".", "--mode", "both"],
+        &["view", ".", "--size", "800"],
+        &["view", ".", "--size", "0x600"],
         &["dance"],
     ] {
         let output = xtask(arguments, folder.path());

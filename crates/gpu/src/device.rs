@@ -79,15 +79,23 @@ impl Gpu {
     /// When there is no adapter, it is too old, or it does not give a device.
     pub fn new() -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        Self::with_adapter(&Self::adapter(&instance)?)
+    }
+
+    /// The adapter that [`Self::new`] takes, for programs that need it for a window of their own.
+    ///
+    /// # Errors
+    ///
+    /// When there is none.
+    pub fn adapter(instance: &wgpu::Instance) -> Result<wgpu::Adapter, GpuError> {
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..Default::default()
         };
         let adapter = pollster::block_on(instance.request_adapter(&options));
-        let adapter = adapter.map_err(|error| GpuError::NoAdapter {
+        adapter.map_err(|error| GpuError::NoAdapter {
             reason: error.to_string(),
-        })?;
-        Self::with_adapter(&adapter)
+        })
     }
 
     /// A device of an adapter that was chosen for instance because it can draw into some window.

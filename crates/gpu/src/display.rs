@@ -3,6 +3,7 @@
 use crate::pictures::{Targets, check_size, depth_target, draw, pipelines, target};
 use crate::readback::{Readback, batches, bytes_of};
 use crate::scene::GpuScene;
+use crate::timer::{milliseconds, timestamps};
 use crate::{Draws, Gpu, GpuError, Lighting, geometry::PIPELINES, shaders};
 use farfield_grid::Grid;
 use farfield_views::Camera;
@@ -21,7 +22,7 @@ pub struct Picture {
 /// Draws scenes in colour.
 #[derive(Debug)]
 pub struct Display {
-    pipelines: [RenderPipeline; PIPELINES],
+    pub(crate) pipelines: [RenderPipeline; PIPELINES],
     format: TextureFormat,
 }
 
@@ -107,11 +108,7 @@ impl Display {
         cameras: &[Camera],
         light: &Lighting,
     ) -> Result<Vec<Picture>, GpuError> {
-        assert_eq!(
-            self.format,
-            Self::OFFSCREEN,
-            "only this format is read back"
-        );
+        self.require_format(Self::OFFSCREEN);
         let bytes = |camera: &Camera| {
             // And a row for its times.
             bytes_of([camera.width, camera.height], 4) + bytes_of([1, 1], 4)
@@ -121,6 +118,10 @@ impl Display {
             pictures.extend(gpu.guarded(|| self.batch(gpu, scene, draws, batch, light, bytes))?);
         }
         Ok(pictures)
+    }
+
+    pub(crate) fn require_format(&self, format: TextureFormat) {
+        assert_eq!(self.format, format, "the display is for another format");
     }
 
     fn batch(
@@ -167,17 +168,11 @@ impl Display {
         }
         gpu.queue().submit([encoder.finish()]);
         let mapped = readback.read(gpu)?;
-        let period = f64::from(gpu.queue().get_timestamp_period());
         let picture = |(camera, (pixels, times)): (&Camera, (_, Option<_>))| {
             let rows = mapped
                 .rows(pixels)
                 .flat_map(bytemuck::cast_slice::<u8, [u8; 4]>);
-            let milliseconds =
-                |times: Vec<u64>| times[1].saturating_sub(times[0]) as f64 * period / 1e6;
-            let times = times.map(|slot| {
-                let bytes = mapped.rows(slot).flatten().copied().collect::<Vec<u8>>();
-                milliseconds(bytemuck::pod_collect_to_vec(&bytes))
-            });
+            let times = times.map(|slot| milliseconds(gpu, mapped.bytes(slot)));
             Picture {
                 pixels: Grid::from_cells(
                     camera.width as usize,
@@ -200,17 +195,15 @@ struct Clock {
 
 impl Clock {
     fn new(gpu: &Gpu) -> Self {
-        let queries = gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
-            label: None,
-            ty: wgpu::QueryType::Timestamp,
-            count: 2,
-        });
         let times = gpu.device().create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: 16,
             usage: BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC,
             mapped_at_creation: false,
         });
-        Self { queries, times }
+        Self {
+            queries: timestamps(gpu),
+            times,
+        }
     }
 }

@@ -10,9 +10,13 @@ mod shaders;
 
 mod pictures;
 mod readback;
+mod timer;
 
 mod display;
 mod ids;
+
+mod canvas;
+mod comparison;
 
 mod layers;
 mod placed;
@@ -24,6 +28,8 @@ pub use scene::GpuScene;
 
 pub use camera::Lighting;
 
+pub use canvas::Canvas;
+pub use comparison::{Compared, Comparison};
 pub use display::{Display, Picture};
 pub use ids::{IdBuffers, NONE, Seen};
 pub use layers::{LayerSearch, Touch, Touches};

@@ -97,7 +97,11 @@ pub(crate) fn depth_target(gpu: &Gpu, size: [u32; 2]) -> TextureView {
 
 /// An error if a camera's picture has no pixels or more than the device takes.
 pub(crate) fn check_size(gpu: &Gpu, camera: &Camera) -> Result<(), GpuError> {
-    let (width, height) = (camera.width, camera.height);
+    check_side(gpu, [camera.width, camera.height])
+}
+
+/// An error if a picture has more pixels along a side than the device takes.
+pub(crate) fn check_side(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
     assert!(
         width > 0 && height > 0,
         "a picture of {width} x {height} pixels is empty"

@@ -1,5 +1,6 @@
 //! The shaders' sources: constants from here, then the files a pipeline names.
 
+use crate::comparison::{DIFFERENCE, SECOND, SPLIT};
 use crate::placed::MASKED;
 use crate::scene::{
     ATTRIBUTES, BENT_NORMAL, CLAMP_TO_EDGE, DOUBLE_SIDED, MIRRORED_REPEAT, NEAREST, UNLIT,
@@ -31,6 +32,14 @@ pub(crate) fn layers() -> String {
     constants + include_str!("wgsl/layers.wgsl")
 }
 
+/// Of the pipeline that shows two pictures as one.
+pub(crate) fn comparison() -> String {
+    let constants = format!(
+        "const SECOND = {SECOND}u;\nconst SPLIT = {SPLIT}u;\nconst DIFFERENCE = {DIFFERENCE}u;\n"
+    );
+    constants + include_str!("wgsl/comparison.wgsl")
+}
+
 /// Twice as much as a texel's square may be missed by and still count as touched, in texels, by whoever
 /// looks exactly.
 const SQUARE_DOUBT: f32 = 2.0 / (1 << 20) as f32;
@@ -57,6 +66,7 @@ fn composed(files: &[&str]) -> String {
 mod tests {
     use super::*;
     use crate::camera::{Placement, View};
+    use crate::comparison::Shown;
     use crate::layers::Task;
     use crate::placed::Placed;
     use crate::scene::{Instance, Material};
@@ -87,6 +97,9 @@ mod tests {
         let entries = module(&layers()).entry_points;
         let names: Vec<_> = entries.iter().map(|entry| entry.name.as_str()).collect();
         assert_eq!(names, ["vertex", "sure", "possible"]);
+        let entries = module(&comparison()).entry_points;
+        let names: Vec<_> = entries.iter().map(|entry| entry.name.as_str()).collect();
+        assert_eq!(names, ["vertex", "fragment"]);
     }
 
     /// Members of a shader's struct with their offsets, and its size.
@@ -132,5 +145,7 @@ mod tests {
         assert_eq!(layout_in(&layers(), "Placed"), placed);
         let task = fields!(Task: half, width, texels, begin, end, layers, objects, corners, room);
         assert_eq!(layout_in(&layers(), "Task"), task);
+        let (shown, span) = fields!(Shown: background, mode, gain, border);
+        assert_eq!(layout_in(&comparison(), "Shown"), (shown, span));
     }
 }

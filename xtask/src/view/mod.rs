@@ -1,14 +1,24 @@
-//! A bundle beside its original, for people to look at: as a page for any browser.
+//! A bundle beside its original, for people to look at: in a window, or as a page for any browser.
+
+mod shown;
+mod sights;
 
 mod data;
 mod program;
 mod server;
 
+mod mode;
+mod window;
+
+pub use mode::{ViewMode, picture_size};
 pub use program::built as page_program;
 pub use server::serve;
+pub use shown::{CostOfShown, Shown};
+pub use sights::Sight;
+pub use window::{WindowOptions, window};
 
 use crate::console::Console;
-use crate::{dump, opened, source};
+use crate::{dump, opened};
 use anyhow::{Context, Result, bail};
 use farfield_bundle::{FolderKind, NewFile, encode_png, glb_from_scene, write_folder};
 use farfield_scene::Scene;
@@ -51,35 +61,21 @@ const ORIGINAL: &str = "original/scene.glb";
 pub fn page_content(options: &ViewOptions, console: &Console) -> Result<Vec<NewFile>> {
     let dir = &options.dir;
     let manifest = opened::manifest(dir, console)?;
-    let Some(channels) = manifest.technique.channels() else {
+    if manifest.technique.channels().is_none() {
         bail!(
-            "{}: bundles of {} are not shown as pages; any glTF viewer shows the whole model in {}",
+            "{}: bundles of {} are not shown as pages, but in a window: cargo xtask view {}",
             dir.display(),
             manifest.technique.name(),
-            farfield_bundle::GLTF_FILE
+            dir.display()
         );
-    };
-    let moved = source::moved(&manifest, dir).filter(|_| options.scene.is_none());
-    let original = match &moved {
-        Some(why) => {
-            console.warn(format_args!("{why}; only the impostor is shown"));
-            None
-        }
-        None => Some(opened::original(
-            &manifest,
-            dir,
-            options.scene.as_deref(),
-            channels,
-            console,
-        )?),
-    };
-    let display = opened::display(dir, &manifest)?;
-    let data = data::data(dir, &manifest, original.as_ref(), &display, console)
-        .with_context(|| opened::in_manifest(dir))?;
+    }
+    let shown = Shown::of(manifest, options, console)?;
+    let data = data::data(&shown).with_context(|| opened::in_manifest(dir))?;
     let data = NewFile {
         path: "view.json".into(),
         bytes: serde_json::to_vec(&data)?,
     };
+    let manifest = &shown.manifest;
     let own = manifest.files.iter().map(|file| file.path.as_str());
     let own = own.chain([farfield_bundle::MANIFEST_FILE]).map(|path| {
         let from = dir.join(path);
@@ -88,7 +84,7 @@ pub fn page_content(options: &ViewOptions, console: &Console) -> Result<Vec<NewF
         Ok(NewFile { path, bytes })
     });
     let mut files = own.collect::<Result<Vec<_>>>()?;
-    if let Some(scene) = &original {
+    if let Some(scene) = &shown.original {
         files.extend(console.stage("encode original", || encode_original(scene))?);
     }
     files.push(data);

@@ -4,9 +4,9 @@ use super::super::report::BitfieldsFigures;
 use super::super::subject::Side;
 use super::super::totals::{Place, Totals};
 use super::super::view::{Geometry, Shown, ViewFigures, flip, shown_by};
-use super::lists::Lists;
 use crate::bake::is_in;
 use crate::drawn;
+use crate::lists::Lists;
 use crate::pictures::{marked, png};
 use farfield_grid::Grid;
 use farfield_metrics::{
@@ -106,7 +106,7 @@ impl<'a> Sides<'a> {
     pub(super) fn look(&self, views: Range<u64>, done: impl Fn() + Sync) -> Vec<Seen> {
         let camera = |view| self.lists.view(view);
         let mut of_lists: Vec<(u32, u64)> = views
-            .map(|view| (self.lists.of(&camera(view)), view))
+            .map(|view| (self.lists.of(camera(view).pose.eye), view))
             .collect();
         of_lists.sort_unstable();
         let mut drawn = drawn::without_images(self.display.scene);

@@ -1,7 +1,6 @@
 //! Whether ID-bitfields draw all that is seen: file, views, plot, report.
 
 mod curves;
-mod lists;
 mod look;
 mod original;
 mod page;
@@ -13,8 +12,8 @@ use super::{Left, VerifyOptions, leave, tell_certificate, write_pictures};
 use crate::bake::cost_of_a_list;
 use crate::console::Console;
 use crate::drawn::flattened;
-use crate::opened;
 use crate::view_cell::represented_box;
+use crate::{lists, opened};
 use anyhow::{Context, Result};
 use farfield_bundle::{Channels, GLTF_FILE, Manifest, ProvedBound};
 use farfield_sampling::Textures;

@@ -13,7 +13,8 @@ use std::ops::Range;
 use std::path::Path;
 
 /// What is drawn for whom.
-pub(super) enum Lists {
+#[derive(Debug)]
+pub(crate) enum Lists {
     /// For viewers all around, by direction.
     Faces { lookup: Lookup, orbit: Orbit },
     /// For viewers in a box, by place.
@@ -32,7 +33,7 @@ pub(super) enum Lists {
 /// # Errors
 ///
 /// When the lists are not there, or cannot be those of the original.
-pub(super) fn read(
+pub(crate) fn read(
     dir: &Path,
     manifest: &Manifest,
     represented: [DVec3; 2],
@@ -110,7 +111,7 @@ fn at_center(orbit: Orbit, center: DVec3, represented: [DVec3; 2]) -> Result<Orb
 
 impl Lists {
     /// What each draws.
-    pub(super) fn ranges(&self) -> &FaceRanges {
+    pub(crate) fn ranges(&self) -> &FaceRanges {
         match self {
             Self::Faces { lookup, .. } => lookup.lists(),
             Self::Cells { lists, .. } => lists,
@@ -118,24 +119,24 @@ impl Lists {
     }
 
     /// View `index` of those that bundles are verified from.
-    pub(super) fn view(&self, index: u64) -> Camera {
+    pub(crate) fn view(&self, index: u64) -> Camera {
         match self {
             Self::Faces { orbit, .. } => orbit.view(index, SEED),
             Self::Cells { inside, .. } => inside.view(index, SEED),
         }
     }
 
-    /// The list for a view.
-    pub(super) fn of(&self, camera: &Camera) -> u32 {
-        let eye = camera.pose.eye;
+    /// The list for a viewpoint; at the centre of what is looked at from around, any.
+    pub(crate) fn of(&self, eye: DVec3) -> u32 {
         match self {
+            Self::Faces { orbit, .. } if eye == orbit.center => 0,
             Self::Faces { lookup, orbit } => lookup.face(eye - orbit.center),
             Self::Cells { inside, .. } => inside.list(eye),
         }
     }
 
     /// From where one sees what is not drawn for a view: from the other side, or from above.
-    pub(super) fn aside(&self, camera: &Camera) -> Camera {
+    pub(crate) fn aside(&self, camera: &Camera) -> Camera {
         match self {
             Self::Faces { orbit, .. } => orbit.camera(orbit.center - camera.pose.eye),
             Self::Cells { represented, .. } => above(*represented, camera),
@@ -143,7 +144,7 @@ impl Lists {
     }
 
     /// Views from around, where they are.
-    pub(super) fn orbit(&self) -> Option<&Orbit> {
+    pub(crate) fn orbit(&self) -> Option<&Orbit> {
         match self {
             Self::Faces { orbit, .. } => Some(orbit),
             Self::Cells { .. } => None,
