@@ -106,10 +106,19 @@ pub(crate) fn run(
 
 /// Where there is no display there is something else to do.
 fn no_window(error: eframe::Error) -> anyhow::Error {
+    let error = error.to_string();
+    let reason = without_place(&error).trim_end_matches('.');
     anyhow!(
-        "there is no display for a window: {error}; look at the bundle in a browser with --web, or write a \
+        "there is no display for a window: {reason}; look at the bundle in a browser with --web, or write a \
          picture to a file with --screenshot FILE"
     )
+}
+
+/// An error of the system without the line of source code that winit puts before it.
+fn without_place(error: &str) -> &str {
+    let after = error.rsplit_once(".rs:").map(|(_, after)| after);
+    let reason = after.and_then(|after| after.split_once(": "));
+    reason.map_or(error, |(_, reason)| reason)
 }
 
 impl App {
@@ -404,6 +413,13 @@ fn fitted(window: egui::Rect, [width, height]: [u32; 2]) -> egui::Rect {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn errors_do_not_name_source_code() {
+        let error = "os error at /a/winit-0.30.13/src/linux/mod.rs:765: DISPLAY is not set.";
+        assert_eq!(without_place(error), "DISPLAY is not set.");
+        assert_eq!(without_place("no surface: lost"), "no surface: lost");
+    }
 
     /// A picture keeps its shape and fills the window along one side.
     #[test]

@@ -393,7 +393,8 @@ fn without_a_display_there_are_other_ways() {
     let text = stderr(&output);
     let errors = text.lines().filter(|line| line.starts_with("error: "));
     assert_eq!(errors.count(), 1, "{text}");
-    for way in ["no display", "--web", "--screenshot"] {
+    for way in ["no display", "DISPLAY is set;", "--web", "--screenshot"] {
         assert!(text.contains(way), "{text}");
     }
+    assert!(!text.contains(".rs:"), "{text}");
 }
