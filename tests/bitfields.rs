@@ -190,7 +190,8 @@ fn hidden_boxes_are_culled_and_nothing_is_missed() {
     let baked = Baked::of(&boxes(), |_| {});
     let found = baked.report.bitfields.expect("these are bitfields");
     assert_eq!(baked.report.triangles_in, 127 * 12);
-    assert_eq!((found.missed_pixels, found.missed_share), (0, 1.0));
+    // 0.9542^64 = 0.05.
+    assert_eq!((found.missed_pixels, found.missed_share), (0, 0.9542));
     assert_eq!(found.always_drawn, 12);
     assert!(found.culled > 0.3, "{} culled", found.culled);
     assert!(found.most_ranges <= 64);

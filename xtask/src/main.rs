@@ -108,6 +108,9 @@ struct BakeArgs {
     /// its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
+    /// Of bitfields, chooses other views to be held back. [default: 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// What records layers. The bundle is the same on all.
     #[arg(long, value_enum, default_value_t = DeviceArg::DEFAULT)]
     device: DeviceArg,
@@ -317,6 +320,7 @@ fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
         ("--distances", args.distances.is_some()),
         ("--held-back", args.held_back.is_some()),
         ("--cells", args.cells.is_some()),
+        ("--seed", args.seed.is_some()),
     ];
     let given = |options: &[(&'static str, bool)]| {
         let given = options.iter().filter(|(_, is_given)| *is_given);
@@ -372,6 +376,7 @@ fn bitfields_options(args: BakeArgs) -> anyhow::Result<BitfieldsOptions> {
         fov_degrees: args.fov,
         seen_from,
         held_back: args.held_back,
+        seed: args.seed.unwrap_or(options.seed),
         out: args.out,
         ..options
     })

@@ -641,6 +641,7 @@ mod tests {
             Technique::Bitfields {
                 samples,
                 held_back: 1,
+                seed: 0,
                 patch_triangles,
                 finer,
             }

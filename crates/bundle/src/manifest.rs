@@ -100,9 +100,11 @@ pub enum Technique {
     Bitfields {
         /// From where the bake looked.
         samples: Samples,
-        /// Views held back from the samples that the bake judged them by: with adaptive samples one
-        /// after another that missed nothing.
+        /// Views held back from the samples that were to judge them: with adaptive samples so many one
+        /// after another had to miss nothing, unless that was given up.
         held_back: u32,
+        /// Of these views.
+        seed: u64,
         /// Triangles of a patch at most, at least 1. Patches are drawn whole.
         #[schemars(range(min = 1))]
         patch_triangles: u32,
@@ -142,7 +144,7 @@ impl Technique {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Samples {
-    /// Added where views missed something, until none did.
+    /// Added where views missed something, until none did or it was given up.
     Adaptive,
     /// Spread evenly.
     Even,

@@ -23,7 +23,7 @@ use anyhow::{Context, Result, anyhow, bail};
 pub use bitfields::{
     BitfieldsOptions, HELD_BACK, HELD_BACK_INSIDE, SampleChoice, SeenFrom, bake_bitfields,
 };
-pub(crate) use bitfields::{Sampler, cost_of_a_list, is_in, owners, percentile, sets};
+pub(crate) use bitfields::{Sampler, cost_of_a_list, is_in, owners, percent, percentile, sets};
 use farfield_bundle::{
     Body, Channels, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
     Statistics, TdmBody, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,

@@ -64,7 +64,7 @@ pub(super) fn made(
         let (centers, most) = (super::centers(scene), settings.most_primitives);
         Grouped::new(patches_in_parts(&centers, &faces, &seen, &parts, most))
     });
-    let (faces, sets, is_clean) = match choice {
+    let (faces, sets) = match choice {
         SampleChoice::Adaptive => {
             let mut seen = Some(seen);
             let sample = |offsets: &[DVec3]| {
@@ -86,7 +86,7 @@ pub(super) fn made(
         SampleChoice::Even(_) | SampleChoice::Listed(_) => {
             let sets = distances.unite(&seen);
             let sets = sets.iter().map(|set| grouped.holding(set)).collect();
-            (faces, sets, false)
+            (faces, sets)
         }
     };
     // As whoever reads the bundle computes them from what stands there.
@@ -94,15 +94,13 @@ pub(super) fn made(
     let united = face_sets(&faces, &sets, Samples::Six);
     let lists = (grouped.patches).ranges_in_parts(&united, &parts, settings.most_ranges);
     let lookup = Lookup::new(faces, lists);
-    let missed = (!is_clean).then(|| {
-        // Not those that were looked at before.
-        let missed = |view| {
-            let camera = orbit.view(view, !options.seed);
-            let ranges = lookup.ranges(camera.pose.eye - orbit.center);
-            sampler.missed(&grouped, ranges, &orbit.window(&camera))
-        };
-        console.stage("look", || misses(options.held_back(), missed))
-    });
+    // Not those that were looked at before.
+    let missed = |view| {
+        let camera = orbit.view(view, !options.seed);
+        let ranges = lookup.ranges(camera.pose.eye - orbit.center);
+        sampler.missed(&grouped, ranges, &orbit.window(&camera))
+    };
+    let missed = console.stage("look", || misses(options.held_back(), missed));
     let viewpoints = lookup.faces().directions().len() as u32;
     Ok(Made {
         lists: lookup.lists().clone(),
@@ -171,8 +169,7 @@ fn grown_sets(
     offsets.par_iter().map(set).collect()
 }
 
-/// Viewpoints and the patches that they see, until held-back views miss none, or there were too many;
-/// and whether they do.
+/// Viewpoints and the patches that they see, until held-back views miss none, or there were too many.
 #[expect(clippy::too_many_arguments, reason = "all that a bake knows by then")]
 fn adaptive(
     sampler: &Sampler<'_>,
@@ -183,7 +180,7 @@ fn adaptive(
     held_back: u32,
     seed: u64,
     console: &Console,
-) -> Result<(Triangulation, Vec<Bitfield>, bool)> {
+) -> Result<(Triangulation, Vec<Bitfield>)> {
     let settings = AdaptiveSettings {
         distances: orbit.sampled(),
         most_viewpoints: MOST_VIEWPOINTS,
@@ -217,11 +214,10 @@ fn adaptive(
         "  {} viewpoints; of {looked} views {missing} missed something, none of the last {clean_views}",
         sets.len()
     ));
-    let is_clean = clean_views == held_back;
-    if !is_clean {
+    if clean_views < held_back {
         super::warn_of_misses(clean_views, held_back, console);
     }
-    Ok((faces, sets, is_clean))
+    Ok((faces, sets))
 }
 
 fn face_lists(lookup: &Lookup, parts: Vec<u32>) -> FaceLists {

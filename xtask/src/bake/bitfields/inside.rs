@@ -26,7 +26,7 @@ const MOST_SAMPLES: u32 = 400;
 /// of small things are seen past each other, some pixel is always missed.
 const PATIENCE: u32 = 4;
 
-/// Pictures that are looked at then.
+/// Pictures that tell what is promised.
 const MEASURED: u32 = 1000;
 
 /// What is drawn of a scene for each view cell of a box.
@@ -71,17 +71,16 @@ pub(super) fn made(
     });
     let sets: Vec<Bitfield> = sets.iter().map(|set| grouped.holding(set)).collect();
     let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
-    let held_back = options.held_back();
-    let missed = (clean < held_back).then(|| {
-        super::warn_of_misses(clean, held_back, console);
-        // Not those that were looked at before.
-        let missed = |view| {
-            let camera = inside.view(view, !options.seed);
-            let ranges = lists.of(inside.list(camera.pose.eye));
-            sampler.missed(&grouped, ranges, &camera)
-        };
-        console.stage("look", || misses(MEASURED, missed))
-    });
+    if clean < options.held_back() {
+        super::warn_of_misses(clean, options.held_back(), console);
+    }
+    // Not those that were looked at before.
+    let missed = |view| {
+        let camera = inside.view(view, !options.seed);
+        let ranges = lists.of(inside.list(camera.pose.eye));
+        sampler.missed(&grouped, ranges, &camera)
+    };
+    let missed = console.stage("look", || misses(MEASURED, missed));
     let file = NewFile {
         path: CELLS_FILE.into(),
         bytes: cell_lists(&lists, parts).to_json().into_bytes(),

@@ -113,11 +113,13 @@ impl BitfieldsOptions {
     }
 }
 
-/// Of so large a share of views a bundle with given samples promises that none misses more than it
-/// says, and so large a share of those that the bake looked at did not. The difference is for chance:
-/// of a thousand other views the 95th percentile is never above the 99th of these.
+/// Where views miss something, a bundle promises of so large a share of all that none misses more than it
+/// says: what so large a share of those that the bake looked at did not. The difference is for chance.
 const PROMISED_SHARE: f64 = 0.95;
 const MEASURED_SHARE: f64 = 0.99;
+
+/// How likely chance may have it that fewer of all views keep to what is promised.
+const DOUBT: f64 = 0.05;
 
 /// What is drawn of a scene.
 struct Made {
@@ -131,9 +133,8 @@ struct Made {
     viewpoints: u32,
     samples: Samples,
     space: ViewSpace,
-    /// How many pixels some views miss, ascending; `None` where so many held-back ones in a row missed
-    /// nothing.
-    missed: Option<Vec<u64>>,
+    /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
+    missed: Vec<u64>,
 }
 
 /// Bakes a scene into ID-bitfields: a bundle that draws, for each direction or from each view cell, what
@@ -206,7 +207,7 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
 fn warn_of_misses(clean_views: u32, held_back: u32, console: &Console) {
     console.warn(format_args!(
         "views did not stop to miss something: of the last {clean_views} none did, but --held-back asks \
-         for {held_back}; so what others miss is measured and promised, as with --samples"
+         for {held_back}; what others miss is promised, as with --samples"
     ));
 }
 
@@ -235,38 +236,47 @@ const ANYWHERE: &str = "The camera looks anywhere, from the view cell; inside of
 const MISSED: &str = "A pixel is missed where the triangle that it shows is not drawn. Blended surfaces \
     are drawn for every direction and hide nothing.";
 
-/// What is promised, and how it was found: that nothing is missed, or what was measured.
+/// What is promised, and how it was found: by looking from views that nothing was learnt from.
 ///
-/// * `missed` - pixels that some views miss, ascending; `None` where so many held-back ones in a row missed
-///   nothing
-pub(crate) fn promise(space: &ViewSpace, held_back: u32, missed: Option<&[u64]>) -> Promise {
-    let is_inside = matches!(space, ViewSpace::Inside { .. });
-    let views = match is_inside {
-        true => "views in a row from each cell, all around,",
-        false => "views in a row",
-    };
-    let found = match missed {
-        None => format!(
-            "Found by looking: {held_back} {views} held back from the samples, missed nothing. So of all \
-             less than {:.2} % miss something, with 95 % confidence.",
-            // (1 - s)^n = 0.05
-            (1.0 - 0.05f64.powf(1.0 / f64::from(held_back.max(1)))) * 100.0
-        ),
-        Some(missed) => format!(
-            "Measured: of {} views, held back from the samples, {:.0} % missed no more. It is \
-             promised of {:.0} % of all.",
-            missed.len(),
-            MEASURED_SHARE * 100.0,
-            PROMISED_SHARE * 100.0
+/// * `missed` - pixels that each of them misses, ascending; at least one
+pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
+    let count = missed.len();
+    // If a smaller share of all views missed no more than the worst of these, they would be so good with a
+    // probability of share^count = DOUBT at most. Rounded down.
+    let sure = (DOUBT.powf(1.0 / count as f64) * 1e4).floor() / 1e4;
+    let worst = *missed.last().expect("some views were looked at");
+    let (most, share, found) = match worst {
+        0 => (0, sure, "none missed any".into()),
+        // Too few for more.
+        _ if sure < PROMISED_SHARE => (worst, sure, "none missed more".into()),
+        _ => (
+            percentile(missed, MEASURED_SHARE),
+            PROMISED_SHARE,
+            format!("{} missed no more", percent(MEASURED_SHARE)),
         ),
     };
-    let aim = if is_inside { ANYWHERE } else { AIM };
+    let found = format!(
+        "Found by looking: of {count} views that the bake learnt nothing from, {found}. It is promised of {} \
+         of all, which holds with {} confidence.",
+        percent(share),
+        percent(1.0 - DOUBT)
+    );
+    let aim = match space {
+        ViewSpace::Inside { .. } => ANYWHERE,
+        _ => AIM,
+    };
     Promise {
-        missed_pixels: Some(missed.map_or(0, |missed| percentile(missed, MEASURED_SHARE))),
-        missed_share: missed.map(|_| PROMISED_SHARE),
+        missed_pixels: Some(most),
+        missed_share: Some(share),
         notes: vec![aim.into(), MISSED.into(), found],
         ..Promise::default()
     }
+}
+
+/// A share for people, such as 95 % or 99.9 %.
+pub(crate) fn percent(share: f64) -> String {
+    let digits = format!("{:.2}", share * 100.0);
+    format!("{} %", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
 /// Three vertices of each triangle, the same one where they are in the same place: files double them where
@@ -366,6 +376,7 @@ fn manifest(
         technique: Technique::Bitfields {
             samples: made.samples,
             held_back,
+            seed: options.seed,
             patch_triangles: PatchSettings::default().most_primitives,
             finer: FINER,
         },
@@ -376,7 +387,7 @@ fn manifest(
             exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, dir)?,
-        promise: promise(&made.space, held_back, made.missed.as_deref()),
+        promise: promise(&made.space, &made.missed),
         statistics: Statistics {
             before,
             after: cost_of_a_list(display, &made.lists),
@@ -421,12 +432,9 @@ fn summarise(manifest: &Manifest, made: &Made, console: &Console) {
         made.file.bytes.len()
     ));
     console.say(format_args!(
-        "  promised: at most {} missed pixels in {}",
+        "  promised: at most {} missed pixels in {} of the views",
         promise.missed_pixels.unwrap_or(0),
-        match promise.missed_share {
-            None => "any view".into(),
-            Some(share) => format!("{:.0} % of the views", share * 100.0),
-        }
+        percent(promise.missed_share.unwrap_or(1.0))
     ));
 }
 
@@ -464,5 +472,42 @@ fn report(manifest: &Manifest, made: &Made, dir: PathBuf, start: Instant) -> Bak
             layers: 0,
             quads: 0,
         }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn promised(missed: &[u64]) -> (u64, f64) {
+        let space = ViewSpace::Shell {
+            center: DVec3::ZERO,
+            near: 2.0,
+            far: 8.0,
+        };
+        let promise = promise(&space, missed);
+        let [.., found] = &promise.notes[..] else {
+            panic!("it is not told how that was found");
+        };
+        assert!(
+            found.contains(&format!("of {} views", missed.len())),
+            "{found}"
+        );
+        (
+            promise.missed_pixels.expect("so many are promised"),
+            promise.missed_share.expect("of a share"),
+        )
+    }
+
+    /// No more is promised than so many views can tell: of a thousand clean ones not that all are; of a few
+    /// not that 95 % are as good as most of them.
+    #[test]
+    fn no_more_is_promised_than_views_can_tell() {
+        assert_eq!(promised(&[0; 3000]), (0, 0.999));
+        assert_eq!(promised(&[0; 1000]), (0, 0.997));
+        assert_eq!(promised(&[0, 0, 0, 0, 7]), (7, 0.5492));
+        let many: Vec<u64> = (0..200).collect();
+        assert_eq!(promised(&many), (197, 0.95));
+        assert_eq!([0.95, 0.999, 1.0].map(percent), ["95 %", "99.9 %", "100 %"]);
     }
 }

@@ -9,7 +9,7 @@ use super::html::PromisedRow;
 use super::report::{self, BitfieldsFigures, VerifyReport};
 use super::subject::require_same_box;
 use super::{Left, VerifyOptions, leave, tell_certificate, write_pictures};
-use crate::bake::cost_of_a_list;
+use crate::bake::{cost_of_a_list, percent};
 use crate::console::Console;
 use crate::drawn::flattened;
 use crate::view_cell::represented_box;
@@ -147,10 +147,7 @@ fn judged(
     let share = manifest.promise.missed_share.unwrap_or(1.0);
     let measured = looked.missed_at(share);
     let kept = measured <= most;
-    let views = match share {
-        1.0 => "any view".to_owned(),
-        share => format!("{:.0} % of the views", share * 100.0),
-    };
+    let views = format!("{} of the views", percent(share));
     let broken = (!kept).then(|| {
         format!(
             "{} of {} views miss more than {most} pixels, promised of {views}: the worst {}, {}",
