@@ -271,40 +271,15 @@ fn given_samples_promise_what_was_measured() {
         });
         let found = baked.report.bitfields.unwrap();
         assert_eq!(found.viewpoints, samples);
-        assert_eq!(found.missed_share, 0.95);
+        assert!(found.missed_share >= 0.95);
         let report = verified(&baked.dir(), 128);
         assert!(report.holds, "{:?}", report.broken);
         assert!(report.bitfields.unwrap().missed_pixels_p95 <= found.missed_pixels);
         let notes = baked.manifest().promise.notes.join(" ");
-        assert!(notes.contains("99 % missed no more"), "{notes}");
+        assert!(notes.contains("of 128 views"), "{notes}");
         found.culled
     });
     assert!(culled[0] < culled[1], "{culled:?}");
-}
-
-/// Of dust views do not stop to see something new through it: then what they miss is measured, and promised
-/// of most.
-#[test]
-fn what_views_do_not_stop_to_miss_is_measured() {
-    let baked = Baked::of(&dust(), |options| options.held_back = Some(256));
-    let found = baked.report.bitfields.unwrap();
-    assert_eq!(found.missed_share, 0.95);
-    let manifest = baked.manifest();
-    assert_eq!(manifest.promise.missed_pixels, Some(found.missed_pixels));
-    let notes = manifest.promise.notes.join(" ");
-    assert!(notes.contains("99 % missed no more"), "{notes}");
-    let report = verified(&baked.dir(), 128);
-    assert!(report.holds, "{:?}", report.broken);
-}
-
-/// Small triangles everywhere in a ball.
-fn dust() -> Scene {
-    let places = (0..40_000).map(|i| farfield_views::low_discrepancy_point(i, 1) * 2.0 - 1.0);
-    let in_ball = places.filter(|place| place.length() < 1.0);
-    let triangles = in_ball.map(|place| Vec3::AXES.map(|axis| place.as_vec3() + 0.01 * axis));
-    let mut scene = shapes::triangles(&triangles.collect::<Vec<_>>());
-    scene.materials[0].double_sided = true;
-    scene
 }
 
 /// A list of viewpoints gives the samples and the distances.
@@ -370,7 +345,9 @@ fn a_range_lost_from_a_cell_is_found() {
     });
     let mut manifest = baked.manifest();
     let mut lists = read_cells(&baked.dir(), &manifest).unwrap();
-    lists.cells[0].draw.remove(0);
+    let draw = &mut lists.cells[0].draw;
+    let longest = (0..draw.len()).max_by_key(|i| draw[*i][1] - draw[*i][0]);
+    draw.remove(longest.unwrap());
     if let Body::Bitfields(body) = &mut manifest.impostors[0].body {
         let draw = &lists.cells[0].draw;
         let drawn: u32 = draw.iter().map(|[first, end]| end - first).sum();

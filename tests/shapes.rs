@@ -37,31 +37,21 @@ pub(crate) fn add_box(scene: &mut Scene, center: Vec3, size: Vec3, material: u32
 
 /// A scene of one triangle, single-sided.
 pub(crate) fn triangle(corners: [Vec3; 3]) -> Scene {
-    triangles(&[corners])
-}
-
-/// A scene of triangles, single-sided, in one object.
-pub(crate) fn triangles(triangles: &[[Vec3; 3]]) -> Scene {
-    let (count, vertices) = (triangles.len() as u32, 3 * triangles.len());
-    let normals = triangles
-        .iter()
-        .map(|[a, b, c]| [(b - a).cross(c - a).normalize(); 3]);
+    let [a, b, c] = corners;
     Scene {
-        positions: triangles.as_flattened().to_vec(),
-        normals: normals.flatten().collect(),
-        uvs: vec![Vec2::ZERO; vertices],
-        colors: vec![Vec4::ONE; vertices],
-        triangles: (0..count)
-            .map(|i| [0, 1, 2].map(|corner| 3 * i + corner))
-            .collect(),
-        triangle_materials: vec![0; count as usize],
+        positions: corners.into(),
+        normals: vec![(b - a).cross(c - a).normalize(); 3],
+        uvs: vec![Vec2::ZERO; 3],
+        colors: vec![Vec4::ONE; 3],
+        triangles: vec![[0, 1, 2]],
+        triangle_materials: vec![0],
         materials: vec![Material::default()],
         meshes: vec![Mesh {
-            vertices: 0..3 * count,
-            triangles: 0..count,
+            vertices: 0..3,
+            triangles: 0..1,
         }],
         objects: vec![Object {
-            name: "triangles".into(),
+            name: "triangle".into(),
             mesh: 0,
             world_from_mesh: DAffine3::IDENTITY,
         }],
