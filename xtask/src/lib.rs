@@ -28,7 +28,7 @@ pub use bake::{
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
-pub use device::{Device, DeviceChoice};
+pub use device::{Device, DeviceChoice, Tally};
 pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
