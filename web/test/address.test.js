@@ -38,13 +38,15 @@ test('nonsense in a fragment is nothing', () => {
 
 test('every key does one thing, and the help tells it', () => {
   const words = help();
-  for (const { key, say, action } of KEYS) {
+  for (const { key, or, say, action, value } of KEYS) {
     assert.equal(actionOf(key).action, action);
+    if (or) assert.deepEqual(actionOf(or.toUpperCase()), { action, value });
     assert.ok(words.includes(say));
-    assert.equal(KEYS.filter((one) => one.key === key).length, 1);
+    assert.equal(KEYS.filter((one) => [one.key, one.or].includes(key)).length, 1);
   }
   assert.deepEqual(actionOf('7'), { action: 'worst', value: 7 });
   assert.deepEqual(actionOf('M'), { action: 'mode', value: 'difference' });
+  assert.deepEqual(actionOf('n'), actionOf(']'));
   assert.equal(actionOf('Enter'), null);
   assert.deepEqual(movement(['KeyW', 'ArrowLeft', 'ShiftLeft']), [-1, 0, 1]);
 });

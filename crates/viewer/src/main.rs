@@ -73,7 +73,9 @@ fn run(args: Args) -> Result<()> {
         return app::run(shown, pictures, (instance, adapter), flight, look);
     };
     pictures.draw(&shown, &flight, &look)?;
-    screenshot::write(&pictures.read()?, &file)
+    screenshot::write(&pictures.read()?, &file)?;
+    console.say(format_args!("saved {}", file.display()));
+    Ok(())
 }
 
 /// What is shown first.
