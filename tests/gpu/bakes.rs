@@ -128,6 +128,15 @@ fn a_lost_gpu_changes_nothing() {
     }
 }
 
+/// A driver that does without a GPU is slower than the CPU alone, so it is taken only where it is asked for.
+#[test]
+fn software_drivers_are_not_chosen() {
+    let Some(gpu) = gpu() else { return };
+    let device = Device::open(DeviceChoice::Auto, &Console::Silent).unwrap();
+    let expected = if gpu.is_software() { "cpu" } else { gpu.name() };
+    assert_eq!(device.name(), expected);
+}
+
 /// What the GPU does not take, the CPU records alone, and the report says so.
 #[test]
 fn a_gpu_that_refuses_is_not_named() {

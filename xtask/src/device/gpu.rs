@@ -31,9 +31,12 @@ pub(super) struct Helper {
 impl Helper {
     /// A GPU, where there is one. A driver that does without one takes longer than the CPU alone.
     pub(super) fn if_any(console: &Console) -> Option<Self> {
-        match Self::new() {
-            Ok(helper) if helper.gpu.is_software() => None,
-            Ok(helper) => Some(helper),
+        let helper = Gpu::new().and_then(|gpu| match gpu.is_software() {
+            true => Ok(None),
+            false => Self::of(gpu).map(Some),
+        });
+        match helper {
+            Ok(helper) => helper,
             Err(GpuError::NoAdapter { .. }) => None,
             Err(error) => {
                 console.warn(format_args!(
@@ -45,11 +48,11 @@ impl Helper {
     }
 
     pub(super) fn required() -> Result<Self> {
-        Self::new().context("--device gpu")
+        Gpu::new().and_then(Self::of).context("--device gpu")
     }
 
-    fn new() -> Result<Self, GpuError> {
-        let gpu = Gpu::new()?;
+    /// Compiles what is needed.
+    fn of(gpu: Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             search: LayerSearch::new(&gpu)?,
             gpu,
