@@ -33,8 +33,8 @@ pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
-    BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
-    SurfaceBias, VerifyOptions, VerifyReport, verify, verify_on,
+    BitfieldsFigures, CostOfBoth, CoverageAt, MOST_VIEWS, OverSamples, Place, Seams, Spread,
+    Summary, SurfaceBias, VerifyOptions, VerifyReport, verify, verify_on,
 };
 pub use view::{
     CostOfShown, Shown, Sight, ViewMode, ViewOptions, WindowOptions, export, page_content,

@@ -61,6 +61,9 @@ pub struct VerifyOptions {
     pub views: Range<u64>,
 }
 
+/// More viewpoints than anybody has time for: numbers of viewpoints are smaller.
+pub const MOST_VIEWS: u64 = 1_000_000;
+
 /// Views that are looked at before their figures are added up: bounds memory.
 const CHUNK: u64 = 64;
 
