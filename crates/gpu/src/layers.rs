@@ -4,6 +4,7 @@ use crate::pictures::{check_size, target};
 use crate::placed::{Drawn, Space};
 use crate::readback::Readback;
 use crate::scene::{bind, buffer};
+use crate::timer::{Clock, milliseconds};
 use crate::{Gpu, GpuError, shaders};
 use bytemuck::{Pod, Zeroable};
 use farfield_scene::Scene;
@@ -213,7 +214,7 @@ impl LayerSearch {
         encoder.clear_buffer(&touches, 0, Some(HEADER));
         for (number, pipeline) in [(0, &self.sure), (1, &self.possible)] {
             let times = clock.as_ref().map(|clock| wgpu::RenderPassTimestampWrites {
-                query_set: &clock.queries,
+                query_set: clock.queries(),
                 beginning_of_pass_write_index: (number == 0).then_some(0),
                 end_of_pass_write_index: (number == 1).then_some(1),
             });
@@ -229,17 +230,13 @@ impl LayerSearch {
         let mut readback = Readback::new(gpu, 1024)?;
         let header = readback.take_bytes(&mut encoder, &touches, 0..HEADER);
         let times = clock.as_ref().map(|clock| {
-            encoder.resolve_query_set(&clock.queries, 0..2, &clock.times, 0);
-            readback.take_bytes(&mut encoder, &clock.times, 0..16)
+            let times = clock.take(&mut encoder);
+            readback.take_buffer(&mut encoder, times)
         });
         gpu.queue().submit([encoder.finish()]);
         let mapped = readback.read(gpu)?;
         let header: Header = bytemuck::pod_read_unaligned(mapped.bytes(header));
-        let milliseconds = times.map(|times| {
-            let times: Vec<u64> = bytemuck::pod_collect_to_vec(mapped.bytes(times));
-            let period = f64::from(gpu.queue().get_timestamp_period());
-            times[1].saturating_sub(times[0]) as f64 * period / 1e6
-        });
+        let milliseconds = times.map(|times| milliseconds(gpu, mapped.bytes(times)));
         if header.wrong & IS_VAGUE != 0 {
             return Err(GpuError::Imprecise {
                 what: "triangles so near to the camera's plane, or so far beside the picture"
@@ -545,31 +542,6 @@ fn draw(
     pass.set_bind_group(0, bound, &[]);
     // A rectangle each.
     pass.draw(0..4, 0..count);
-}
-
-/// Tells how long passes take.
-struct Clock {
-    queries: wgpu::QuerySet,
-    /// Two times of 8 bytes.
-    times: Buffer,
-}
-
-impl Clock {
-    fn new(gpu: &Gpu) -> Self {
-        Self {
-            queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
-                label: None,
-                ty: wgpu::QueryType::Timestamp,
-                count: 2,
-            }),
-            times: gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: None,
-                size: 16,
-                usage: BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
-        }
-    }
 }
 
 #[cfg(test)]
