@@ -34,7 +34,7 @@ pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
     BitfieldsFigures, CostOfBoth, CoverageAt, MOST_VIEWS, OverSamples, Place, Seams, Spread,
-    Summary, SurfaceBias, VerifyOptions, VerifyReport, verify, verify_on,
+    Summary, SurfaceBias, VerifyOptions, VerifyReport, require_layers, verify, verify_on,
 };
 pub use view::{
     CostOfShown, Shown, Sight, ViewMode, ViewOptions, WindowOptions, export, page_content,

@@ -11,7 +11,7 @@ use xtask::{
     DeviceChoice, Foliage, Limits, MOST_VIEWS, Making, SampleChoice, SceneChoice, SeenFrom,
     VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions,
     bake_bitfields, bake_on, export, page_content, page_program, picture_size, require_export,
-    serve, verify_on, window,
+    require_layers, serve, verify_on, window,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -437,6 +437,9 @@ fn exit_code(holds: bool) -> ExitCode {
 }
 
 fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
+    if args.device == DeviceArg::Gpu {
+        require_layers(&args.dir)?;
+    }
     let options = VerifyOptions {
         dir: args.dir,
         scene: args.scene,
