@@ -1,7 +1,9 @@
 //! What goes wrong is told, and nothing panics.
 
 use crate::setup::{cameras, gpu};
-use farfield_gpu::{Display, GpuError, GpuScene, IdBuffers, LayerSearch, wgpu};
+use farfield_gpu::{
+    Canvas, Compared, Comparison, Display, GpuError, GpuScene, IdBuffers, LayerSearch, wgpu,
+};
 use farfield_grid::Grid;
 use farfield_scene::{Image, Scene};
 use farfield_views::Camera;
@@ -19,35 +21,42 @@ fn a_lost_device_is_an_error_everywhere() {
     let light = crate::display::light();
     assert!(ids.see(&gpu, &uploaded, &all, &cameras).is_ok());
 
+    let size = [cameras[0].width, cameras[0].height];
+    let [mut canvas, second] = [0; 2].map(|_| Canvas::new(&gpu, size).unwrap());
+    let comparison = Comparison::new(&gpu).unwrap();
+    let target = Comparison::target(&gpu, size).unwrap();
+    let is_timed = canvas.is_timed();
+
     gpu.device().destroy();
     let _ = gpu.device().poll(wgpu::PollType::Poll);
-    let target = gpu.device().create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d::default(),
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: Display::OFFSCREEN,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-        view_formats: &[],
-    });
-    let target = target.create_view(&Default::default());
-    let errors = [
+    let compared = [&canvas, &second];
+    let mut errors = vec![
         ids.see(&gpu, &uploaded, &all, &cameras).err(),
         display
             .pictures(&gpu, &uploaded, &all, &cameras, &light)
             .err(),
-        display
-            .draw(&gpu, &uploaded, &all, &cameras[0], &light, &target)
-            .err(),
         search
             .find(&gpu, &scene, &cameras[0], &[1.0, 2.0], &[])
+            .err(),
+        comparison
+            .draw(&gpu, compared, Compared::First, [0.0; 3], &target)
+            .err(),
+        Comparison::read(&gpu, &target).err(),
+        canvas
+            .draw(&gpu, &display, &uploaded, &all, &cameras[0], &light)
             .err(),
         GpuScene::new(&gpu, &scene).err(),
         IdBuffers::new(&gpu).err(),
         LayerSearch::new(&gpu).err(),
         Display::new(&gpu, Display::OFFSCREEN).err(),
+        Canvas::new(&gpu, size).err(),
+        Comparison::new(&gpu).err(),
+        Comparison::target(&gpu, size).err(),
     ];
+    // Where no times are told, nothing is asked of the device.
+    if is_timed {
+        errors.push(canvas.gpu_milliseconds(&gpu).err());
+    }
     for error in errors {
         assert!(matches!(error, Some(GpuError::Lost { .. })), "{error:?}");
     }
@@ -96,30 +105,29 @@ fn what_is_too_large_is_refused_with_the_limit() {
     assert!(ids.see(&gpu, &uploaded, &uploaded.all(), &fine).is_ok());
 }
 
-/// A target of another size than the camera's is an error, no panic.
+/// A target of another format than comparisons have is an error, no panic.
 #[test]
 fn a_target_that_does_not_fit_is_an_error() {
     let Some(gpu) = gpu() else { return };
-    let scene = farfield_town::house(1);
-    let uploaded = GpuScene::new(&gpu, &scene).unwrap();
-    let display = Display::new(&gpu, Display::OFFSCREEN).unwrap();
+    let comparison = Comparison::new(&gpu).unwrap();
+    let [first, second] = [0; 2].map(|_| Canvas::new(&gpu, [1, 1]).unwrap());
     let target = gpu.device().create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d::default(),
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: Display::OFFSCREEN,
+        format: wgpu::TextureFormat::R8Unorm,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_formats: &[],
     });
-    let target = target.create_view(&Default::default());
-    let camera = cameras(&scene, 32)[0];
-    let light = crate::display::light();
-    let drawn = display.draw(&gpu, &uploaded, &uploaded.all(), &camera, &light, &target);
+    let draw = |target: &wgpu::Texture| {
+        let canvases = [&first, &second];
+        comparison.draw(&gpu, canvases, Compared::First, [0.0; 3], target)
+    };
+    let drawn = draw(&target);
     assert!(matches!(drawn, Err(GpuError::Failed { .. })), "{drawn:?}");
-    let again = display.pictures(&gpu, &uploaded, &uploaded.all(), &[camera], &light);
-    assert!(again.is_ok());
+    assert!(draw(&Comparison::target(&gpu, [1, 1]).unwrap()).is_ok());
 }
 
 /// A scene of nothing is seen as nothing.

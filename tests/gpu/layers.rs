@@ -142,6 +142,53 @@ fn scenes_far_away_are_recorded_as_by_the_cpu() {
     check(&gpu, &scene, &before(&scene, 300.0, 200, 5), Foliage::Any);
 }
 
+/// A flat mesh in a plane through the eye, upright, level, or along both: its texels are exactly in the
+/// middle of the picture, and so are those of another one across.
+#[test]
+fn meshes_in_planes_through_the_eye_are_recorded_as_by_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let quad = |at: [[f32; 3]; 4]| {
+        let corners = [0, 1, 2, 0, 2, 3].map(|i: usize| Vec3::from(at[i]));
+        let material = Material {
+            double_sided: true,
+            ..Material::default()
+        };
+        soup(&corners, material)
+    };
+    let from_the_axis = |x: f32, y: f32| {
+        quad([
+            [0.0, 0.0, -1.2],
+            [x, y, -1.2],
+            [x, y, -2.4],
+            [0.0, 0.0, -2.4],
+        ])
+    };
+    let across = quad([
+        [-1.0, -1.0, -2.0],
+        [1.0, -1.0, -2.0],
+        [1.0, 1.0, -2.0],
+        [-1.0, 1.0, -2.0],
+    ]);
+    let layers = Layers {
+        camera: Camera {
+            extent: Extent {
+                min: DVec2::splat(-0.5),
+                max: DVec2::splat(0.5),
+            },
+            ..camera()
+        },
+        borders: BORDERS.to_vec(),
+        corners: vec![DVec4::W, DVec4::new(0.1, 0.3, 0.0, 1.0)],
+    };
+    for (x, y) in [(0.0, 1.0), (1.0, 0.0), (0.0, 0.0)] {
+        let flat = from_the_axis(x, y);
+        let mut scene = across.clone();
+        scene.append(&flat);
+        assert!(check(&gpu, &scene, &layers, Foliage::Any).0 > 1000);
+        check(&gpu, &flat, &layers, Foliage::Any);
+    }
+}
+
 /// Objects that mirror their mesh, share it, or show both sides.
 #[test]
 fn mirrored_and_shared_meshes_are_recorded_as_by_the_cpu() {

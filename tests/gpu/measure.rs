@@ -1,15 +1,17 @@
-//! Measures the GPU: id buffers against the CPU's, and milliseconds a frame.
+//! Measures the GPU: id buffers and layers against the CPU's, and milliseconds a frame.
 //!
 //! `cargo run --release -p farfield-gpu-tests --example measure -- FILE...` takes scenes, such as a
-//! glTF file and the `impostors.glb` of its bundle, and looks at all of them as at the first.
+//! glTF file and the `impostors.glb` of its bundle, and looks at all of them as at the first. Layers are
+//! those of the Stanford dragon, where the environment variable `FARFIELD_MODELS` names a folder that has
+//! `stanford_dragon.glb`.
 
-use farfield_gpu::{Display, Gpu, GpuError, GpuScene, IdBuffers, Lighting};
-use farfield_sampling::{Textures, rasterize};
+use farfield_gpu::{Display, Gpu, GpuError, GpuScene, IdBuffers, LayerSearch, Lighting};
+use farfield_sampling::{Foliage, Textures, Touch, rasterize, record, record_touches};
 use farfield_scene::Scene;
-use farfield_views::Camera;
+use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 const RESOLUTION: u32 = 512;
@@ -76,6 +78,73 @@ fn main() -> Result<(), GpuError> {
             wall * 1e3
         ));
     }
+    let folder = std::env::var_os("FARFIELD_MODELS").map(PathBuf::from);
+    let dragon = folder.map(|folder| folder.join("stanford_dragon.glb"));
+    match dragon.map(|file| farfield_import::read(&file)) {
+        Some(Ok(imported)) => measure_layers(&gpu, &imported.scene, say)?,
+        Some(Err(error)) => say(format!("layers: {error}")),
+        None => say("layers are not measured: FARFIELD_MODELS names no folder".into()),
+    }
+    Ok(())
+}
+
+const LAYERS: u32 = 73;
+
+/// Searches a scene's layers and records them, with the search and without.
+fn measure_layers(gpu: &Gpu, scene: &Scene, mut say: impl FnMut(String)) -> Result<(), GpuError> {
+    let [min, max] = scene.bounds().unwrap_or([DVec3::ZERO, DVec3::ONE]);
+    let (middle, size) = ((min + max) / 2.0, max - min);
+    // As a bake has it that is told nothing, but that all layers are of the same relative thickness.
+    let away = size.max_element();
+    let eye = DVec3::new(middle.x, middle.y, max.z + away);
+    let cell = ViewCell::Box {
+        center: eye,
+        size: DVec3::splat(away / 2.0),
+    };
+    let camera = Camera::looking_at(eye, middle, 45f64.to_radians(), RESOLUTION);
+    let thickness = ((away + size.z) / away).powf(1.0 / f64::from(LAYERS));
+    let borders: Vec<f64> = (0..=LAYERS)
+        .map(|i| away * thickness.powf(i.into()))
+        .collect();
+    let (corners, textures) = (cell.corners(), Textures::new(scene));
+
+    let search = LayerSearch::new(gpu)?;
+    // The first one pays for what the driver compiles.
+    search.find(gpu, scene, &camera, &borders, &corners)?;
+    let start = Instant::now();
+    let found = search.find(gpu, scene, &camera, &borders, &corners)?;
+    let searched = start.elapsed().as_secs_f64() * 1e3;
+    let touches = found.list.iter().map(|touch| Touch {
+        object: touch.object,
+        triangle: touch.triangle,
+        layer: touch.layer,
+        y: touch.y,
+        x: touch.x,
+    });
+    let touches: Vec<Touch> = touches.collect();
+    let foliage = Foliage::Any;
+    let start = Instant::now();
+    let helped = record_touches(
+        scene, &textures, &camera, &borders, &corners, foliage, &touches,
+    );
+    let with_touches = start.elapsed().as_secs_f64() * 1e3;
+    let start = Instant::now();
+    let alone = record(scene, &textures, &camera, &borders, &corners, foliage);
+    let without = start.elapsed().as_secs_f64() * 1e3;
+    say(format!(
+        "{LAYERS} layers of {} triangles: search {searched:.0} ms, {:.0} ms of GPU time in {} passes, {} \
+         touches for {} texels; record_touches {with_touches:.0} ms, record alone {without:.0} ms{}",
+        scene.triangles.len(),
+        found.gpu_milliseconds.unwrap_or(f64::NAN),
+        found.passes,
+        touches.len(),
+        alone.samples.len(),
+        if helped == alone {
+            ""
+        } else {
+            ", AND THEY DIFFER"
+        },
+    ));
     Ok(())
 }
 

@@ -56,6 +56,14 @@ export function lookAt(flight, target) {
   flight.view = null;
 }
 
+/** Looks in a direction from now on, at nothing fixed; nothing changes where it has no length. */
+export function lookAlong(flight, forward) {
+  if (!(dot(forward, forward) > 0)) return;
+  flight.forward = axes(forward).forward;
+  flight.target = null;
+  flight.view = null;
+}
+
 /** Leaves the view space at will from now on, or goes back into it. */
 export function leave(flight, space, leaves) {
   flight.leaves = leaves;

@@ -16,7 +16,7 @@ export const MOVES = {
   PageDown: [0, -1, 0],
 };
 
-/** The keys by what they are called, what they do, and the name of the action. */
+/** The keys by what they are called, another one that does the same, what they do, and the name of the action. */
 export const KEYS = [
   { key: 'o', say: 'original', action: 'mode', value: 'original' },
   { key: 'i', say: 'impostor', action: 'mode', value: 'impostor' },
@@ -33,8 +33,9 @@ export const KEYS = [
   { key: 'r', say: "as many pixels as promised, or the window's own", action: 'native' },
   { key: '0', say: 'reference viewpoint', action: 'view', value: 0 },
   { key: '1', to: '9', say: 'worst views, the worst first', action: 'worst' },
-  { key: '[', say: 'viewpoint before', action: 'step', value: -1 },
-  { key: ']', say: 'next viewpoint', action: 'step', value: 1 },
+  // Brackets need AltGr on many keyboards.
+  { key: '[', or: 'b', say: 'viewpoint before', action: 'step', value: -1 },
+  { key: ']', or: 'n', say: 'next viewpoint', action: 'step', value: 1 },
   { key: 'k', say: 'saves the picture', action: 'save' },
   { key: 'x', say: 'hides all but the picture, or shows it', action: 'panel' },
   { key: 'h', say: 'this help', action: 'help' },
@@ -43,7 +44,7 @@ export const KEYS = [
 /** The action of a key, with its value. */
 export function actionOf(key) {
   const pressed = { '=': '+', '?': 'h' }[key] ?? key.toLowerCase();
-  const found = KEYS.find((one) => one.key === pressed || (one.to && one.key <= pressed && pressed <= one.to));
+  const found = KEYS.find((one) => one.key === pressed || one.or === pressed || (one.to && one.key <= pressed && pressed <= one.to));
   if (!found || pressed.length !== 1) return null;
   return { action: found.action, value: found.to ? Number(pressed) : found.value };
 }
@@ -62,7 +63,7 @@ export function help() {
     ['E Q', 'up and down'],
     ['mouse', 'drag to look elsewhere; the wheel flies on'],
   ];
-  const name = ({ key, to }) => (to ? `${key} – ${to}` : key.toUpperCase());
+  const name = ({ key, or, to }) => [key, or].filter(Boolean).join(' ').toUpperCase() + (to ? ` – ${to}` : '');
   const rows = [...moves, ...KEYS.map((one) => [name(one), one.say])];
   const row = ([keys, say]) => `<tr><th><kbd>${keys}</kbd></th><td>${say}</td></tr>`;
   return `<h2>Keys</h2><table>${rows.map(row).join('')}</table>`;

@@ -1,10 +1,10 @@
 // The page: a bundle and its original, seen by one viewer.
 
 import * as THREE from 'three';
-import { format, parse } from './address.js';
+import { DEFAULTS, format, parse } from './address.js';
 import { bounds, load, requireTextures, showImpostor } from './bundle.js';
 import { outlines } from './cells.js';
-import { fly, goTo, leave, lookAt, startOf, turn } from './flight.js';
+import { fly, goTo, leave, lookAlong, lookAt, startOf, turn } from './flight.js';
 import { MOVES, actionOf, help, movement } from './keys.js';
 import { aim, planes } from './lens.js';
 import { panel } from './panel.js';
@@ -35,11 +35,8 @@ function start({ data, manifest, sides }) {
   const lines = outlines(data.cells);
   const state = {
     mode: data.original ? 'split' : 'impostor',
-    gain: 4,
-    split: 0.5,
-    /** Whether the cell is drawn; null: when it was left. */
-    cell: null,
-    native: false,
+    /** Among them, whether the cell is drawn; null: when it was left. */
+    ...DEFAULTS,
     flight: startOf(data.views[0], data.aim),
   };
   const held = new Set();
@@ -58,6 +55,10 @@ function start({ data, manifest, sides }) {
       return;
     }
     state.mode = mode;
+  };
+  const setPanel = (isShown) => {
+    state.panel = isShown;
+    element('panel').hidden = !isShown;
   };
   const lookAtCentre = () => lookAt(state.flight, data.aim === 'centre' ? data.views[0].target : centre);
 
@@ -89,12 +90,13 @@ function start({ data, manifest, sides }) {
       state.flight.eye = wanted.eye;
       state.flight.view = null;
       if (wanted.target) lookAt(state.flight, wanted.target);
+      else if (wanted.forward) lookAlong(state.flight, wanted.forward);
       leave(state.flight, space, state.flight.leaves);
     }
     if (wanted.mode) setMode(wanted.mode);
     if (wanted.gain !== null) state.gain = wanted.gain;
     if (wanted.split !== null) state.split = clamp(wanted.split, 0, 1);
-    if (wanted.panel !== null) element('panel').hidden = !wanted.panel;
+    if (wanted.panel !== null) setPanel(wanted.panel);
     if (wanted.cell !== null) state.cell = wanted.cell;
     if (wanted.native !== null && wanted.native !== state.native) {
       state.native = wanted.native;
@@ -140,7 +142,7 @@ function start({ data, manifest, sides }) {
       visit(numbers[(at + by + numbers.length) % numbers.length]);
     },
     save,
-    panel: () => (element('panel').hidden = !element('panel').hidden),
+    panel: () => setPanel(!state.panel),
     help: () => (element('help').hidden = !element('help').hidden),
   };
 
@@ -243,7 +245,7 @@ function start({ data, manifest, sides }) {
   canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener('pointermove', (event) => {
     if (!canvas.hasPointerCapture(event.pointerId)) return;
-    const angle = (manifest.options.fov_degrees * Math.PI) / 180 / canvas.clientHeight;
+    const angle = (manifest.options.fov_degrees * Math.PI) / 180 / Math.max(canvas.clientWidth, canvas.clientHeight);
     turn(state.flight, -event.movementX * angle, event.movementY * angle);
     moved();
   });

@@ -55,6 +55,6 @@ export class Stopwatch {
     // Programs are compiled and textures uploaded while the first frame is drawn.
     if (this.milliseconds[name] === undefined && times.length < 2) return;
     if (times.length > FRAMES || this.milliseconds[name] === undefined) times.shift();
-    this.milliseconds[name] = times.toSorted((a, b) => a - b)[times.length >> 1];
+    this.milliseconds[name] = [...times].sort((a, b) => a - b)[times.length >> 1];
   }
 }

@@ -45,7 +45,7 @@ impl Console {
     }
 
     /// One line.
-    pub(crate) fn say(&self, line: impl std::fmt::Display) {
+    pub fn say(&self, line: impl std::fmt::Display) {
         if *self == Self::Stderr {
             // Where nobody listens, nothing needs to be said.
             let _ = writeln!(std::io::stderr(), "{line}");

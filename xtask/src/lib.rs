@@ -28,13 +28,13 @@ pub use bake::{
 };
 pub use built_in::BuiltIn;
 pub use console::{Console, peak_rss_bytes};
-pub use device::{Device, DeviceChoice};
+pub use device::{Device, DeviceChoice, Tally};
 pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
 pub use source::SceneChoice;
 pub use verify::{
-    BitfieldsFigures, CostOfBoth, CoverageAt, OverSamples, Place, Seams, Spread, Summary,
-    SurfaceBias, VerifyOptions, VerifyReport, verify, verify_on,
+    BitfieldsFigures, CostOfBoth, CoverageAt, MOST_VIEWS, OverSamples, Place, Seams, Spread,
+    Summary, SurfaceBias, VerifyOptions, VerifyReport, require_layers, verify, verify_on,
 };
 pub use view::{
     CostOfShown, Shown, Sight, ViewMode, ViewOptions, WindowOptions, export, page_content,

@@ -8,9 +8,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
-    DeviceChoice, Foliage, Limits, Making, SampleChoice, SceneChoice, SeenFrom, VerifyOptions,
-    VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions, bake_bitfields, bake_on,
-    export, page_content, page_program, picture_size, require_export, serve, verify_on, window,
+    DeviceChoice, Foliage, Limits, MOST_VIEWS, Making, SampleChoice, SceneChoice, SeenFrom,
+    VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions,
+    bake_bitfields, bake_on, export, page_content, page_program, picture_size, require_export,
+    require_layers, serve, verify_on, window,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -194,9 +195,6 @@ impl DeviceArg {
 
 /// Viewpoints that a bundle is verified from unless asked otherwise.
 const VIEWS: u64 = 256;
-
-/// More viewpoints than anybody has time for.
-const MOST_VIEWS: u64 = 1_000_000;
 
 #[derive(Args)]
 struct VerifyArgs {
@@ -444,6 +442,9 @@ fn exit_code(holds: bool) -> ExitCode {
 }
 
 fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
+    if args.device == DeviceArg::Gpu {
+        require_layers(&args.dir)?;
+    }
     let options = VerifyOptions {
         dir: args.dir,
         scene: args.scene,

@@ -176,6 +176,13 @@ fn bitfields_report_as_promised() {
     ] {
         assert!(bundle.join(name).exists(), "there is no {name}");
     }
+    // What would be ignored is refused.
+    let bundle = "target/farfield/house-bitfields";
+    let refused = xtask(&["verify", bundle, "--device", "gpu"], folder.path());
+    let text = stderr(&refused);
+    assert_eq!(refused.status.code(), Some(1), "{text}");
+    assert!(text.starts_with("error: --device gpu: "), "{text}");
+    assert_eq!(text.lines().count(), 1, "{text}");
 }
 
 /// Options that the technique would ignore are refused, and nothing is left behind.

@@ -70,7 +70,8 @@ impl Canvas {
         self.size
     }
 
-    /// Draws what a camera sees in place of what was there, and does not wait for it.
+    /// Draws what a camera sees in place of what was there, as [`Display::pictures`] does, and does not
+    /// wait for it.
     ///
     /// * `display` - one for [`Self::FORMAT`]
     ///

@@ -1,13 +1,13 @@
-//! Pictures of scenes, into images and into windows.
+//! Pictures of scenes.
 
 use crate::pictures::{Targets, check_size, depth_target, draw, pipelines, target};
 use crate::readback::{Readback, batches, bytes_of};
 use crate::scene::GpuScene;
-use crate::timer::{milliseconds, timestamps};
+use crate::timer::{Clock, milliseconds};
 use crate::{Draws, Gpu, GpuError, Lighting, geometry::PIPELINES, shaders};
 use farfield_grid::Grid;
 use farfield_views::Camera;
-use wgpu::{BufferUsages, RenderPipeline, TextureFormat, TextureView};
+use wgpu::{RenderPipeline, TextureFormat};
 
 /// What a camera sees.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,53 +45,10 @@ impl Display {
         })
     }
 
-    /// Draws what a camera sees into a texture of the camera's size and the display's format, and
-    /// does not wait for it.
+    /// Pictures of what cameras see, in their order.
     ///
     /// Lit materials show diffuse light only, unlit ones their base colour; textures are filtered
     /// between levels of detail; masks and back faces are as [`crate::IdBuffers::see`] has them.
-    ///
-    /// # Errors
-    ///
-    /// When the target is of another size or format, the device's memory does not suffice, or it
-    /// was lost.
-    ///
-    /// # Panics
-    ///
-    /// When the camera has no pixels.
-    pub fn draw(
-        &self,
-        gpu: &Gpu,
-        scene: &GpuScene,
-        draws: &Draws,
-        camera: &Camera,
-        light: &Lighting,
-        target: &TextureView,
-    ) -> Result<(), GpuError> {
-        gpu.guarded(|| {
-            check_size(gpu, camera)?;
-            let depth = depth_target(gpu, [camera.width, camera.height]);
-            let picture = scene.picture(gpu, camera, Some(light))?;
-            let mut encoder = gpu.device().create_command_encoder(&Default::default());
-            let targets = Targets {
-                colors: &[(target, wgpu::Color::TRANSPARENT)],
-                depth: &depth,
-                times: None,
-            };
-            draw(
-                &mut encoder,
-                &self.pipelines,
-                scene,
-                draws,
-                &picture,
-                &targets,
-            );
-            gpu.queue().submit([encoder.finish()]);
-            Ok(())
-        })
-    }
-
-    /// Pictures of what cameras see, in their order.
     ///
     /// # Errors
     ///
@@ -146,7 +103,7 @@ impl Display {
             let targets = Targets {
                 colors: &[(&view, wgpu::Color::TRANSPARENT)],
                 depth: &depth,
-                times: clock.as_ref().map(|clock| &clock.queries),
+                times: clock.as_ref().map(Clock::queries),
             };
             for camera in same_size {
                 let picture = scene.picture(gpu, camera, Some(light))?;
@@ -160,8 +117,8 @@ impl Display {
                 );
                 let pixels = readback.take(&mut encoder, &color);
                 let times = clock.as_ref().map(|clock| {
-                    encoder.resolve_query_set(&clock.queries, 0..2, &clock.times, 0);
-                    readback.take_buffer(&mut encoder, &clock.times)
+                    let times = clock.take(&mut encoder);
+                    readback.take_buffer(&mut encoder, times)
                 });
                 slots.push((pixels, times));
             }
@@ -183,27 +140,5 @@ impl Display {
             }
         };
         Ok(cameras.iter().zip(slots).map(picture).collect())
-    }
-}
-
-/// Tells how long a pass takes.
-struct Clock {
-    queries: wgpu::QuerySet,
-    /// Two times of 8 bytes.
-    times: wgpu::Buffer,
-}
-
-impl Clock {
-    fn new(gpu: &Gpu) -> Self {
-        let times = gpu.device().create_buffer(&wgpu::BufferDescriptor {
-            label: None,
-            size: 16,
-            usage: BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC,
-            mapped_at_creation: false,
-        });
-        Self {
-            queries: timestamps(gpu),
-            times,
-        }
     }
 }

@@ -4,6 +4,7 @@ use crate::pictures::{check_size, target};
 use crate::placed::{Drawn, Space};
 use crate::readback::Readback;
 use crate::scene::{bind, buffer};
+use crate::timer::{Clock, milliseconds};
 use crate::{Gpu, GpuError, shaders};
 use bytemuck::{Pod, Zeroable};
 use farfield_scene::Scene;
@@ -75,8 +76,26 @@ const BATCH: u64 = 256 << 20;
 /// So many touches have room at first.
 const ROOM: u64 = 1 << 22;
 
-/// Of a list of touches: how many there are, and whether any triangle is known too vaguely.
-const HEADER: u64 = 8;
+/// What a list of touches begins with.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Header {
+    /// How many there are, if they were counted.
+    pub(crate) count: u32,
+    /// [`IS_VAGUE`], [`IS_UNCOUNTED`], both or 0.
+    pub(crate) wrong: u32,
+}
+
+/// Some triangle is known too vaguely.
+pub(crate) const IS_VAGUE: u32 = 1;
+/// There are more touches than numbers of 32 bits count, or hardly fewer.
+pub(crate) const IS_UNCOUNTED: u32 = 2;
+
+/// Touches are counted up to here. As many more as may be added until all that run at the same time have
+/// seen it do not make the count begin anew.
+pub(crate) const MOST_COUNTED: u32 = 0xf000_0000;
+
+pub(crate) const HEADER: u64 = size_of::<Header>() as u64;
 
 impl LayerSearch {
     /// Compiles the shaders.
@@ -164,11 +183,7 @@ impl LayerSearch {
                 } else if looked_at.len() > 1 {
                     size = looked_at.len() as u32 / 2;
                 } else {
-                    let bytes = HEADER + batch.count * 8;
-                    let what = || "the list of what touches a layer, in bytes,".to_owned();
-                    gpu.check_limit(what, bytes, "max_storage_buffer_binding_size", |limits| {
-                        limits.max_storage_buffer_binding_size
-                    })?;
+                    return Err(too_many(&gpu.device().limits(), batch.count));
                 }
             }
             Ok(())
@@ -199,7 +214,7 @@ impl LayerSearch {
         encoder.clear_buffer(&touches, 0, Some(HEADER));
         for (number, pipeline) in [(0, &self.sure), (1, &self.possible)] {
             let times = clock.as_ref().map(|clock| wgpu::RenderPassTimestampWrites {
-                query_set: &clock.queries,
+                query_set: clock.queries(),
                 beginning_of_pass_write_index: (number == 0).then_some(0),
                 end_of_pass_write_index: (number == 1).then_some(1),
             });
@@ -215,24 +230,23 @@ impl LayerSearch {
         let mut readback = Readback::new(gpu, 1024)?;
         let header = readback.take_bytes(&mut encoder, &touches, 0..HEADER);
         let times = clock.as_ref().map(|clock| {
-            encoder.resolve_query_set(&clock.queries, 0..2, &clock.times, 0);
-            readback.take_bytes(&mut encoder, &clock.times, 0..16)
+            let times = clock.take(&mut encoder);
+            readback.take_buffer(&mut encoder, times)
         });
         gpu.queue().submit([encoder.finish()]);
         let mapped = readback.read(gpu)?;
-        let header: Vec<u32> = bytemuck::pod_collect_to_vec(mapped.bytes(header));
-        let milliseconds = times.map(|times| {
-            let times: Vec<u64> = bytemuck::pod_collect_to_vec(mapped.bytes(times));
-            let period = f64::from(gpu.queue().get_timestamp_period());
-            times[1].saturating_sub(times[0]) as f64 * period / 1e6
-        });
-        if header[1] != 0 {
+        let header: Header = bytemuck::pod_read_unaligned(mapped.bytes(header));
+        let milliseconds = times.map(|times| milliseconds(gpu, mapped.bytes(times)));
+        if header.wrong & IS_VAGUE != 0 {
             return Err(GpuError::Imprecise {
                 what: "triangles so near to the camera's plane, or so far beside the picture"
                     .into(),
             });
         }
-        let count = u64::from(header[0]);
+        let count = match header.wrong & IS_UNCOUNTED {
+            0 => header.count.into(),
+            _ => u64::from(u32::MAX) + 1,
+        };
         let list = match count {
             0 => Some(Vec::new()),
             _ if count > room => None,
@@ -255,6 +269,7 @@ impl LayerSearch {
 
 /// What was found in some layers.
 struct Batch {
+    /// More than 32 bits where they were not counted.
     count: u64,
     /// Texel and number of the triangle; `None` where there was no room for all.
     list: Option<Vec<[u32; 2]>>,
@@ -267,11 +282,37 @@ fn sum(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 
 /// As many touches as asked for, or as the device takes.
 fn room(gpu: &Gpu, wanted: u64) -> u64 {
-    let limits = gpu.device().limits();
-    let bytes = limits
-        .max_storage_buffer_binding_size
-        .min(limits.max_buffer_size);
-    wanted.min((bytes - HEADER) / 8).min(u32::MAX.into())
+    let (_, bytes) = most_bytes(&gpu.device().limits());
+    wanted.min((bytes - HEADER) / 8).min(MOST_COUNTED.into())
+}
+
+/// The limit of what a buffer that shaders write to may take, and its bytes.
+fn most_bytes(limits: &wgpu::Limits) -> (&'static str, u64) {
+    let bound = limits.max_storage_buffer_binding_size;
+    match bound <= limits.max_buffer_size {
+        true => ("max_storage_buffer_binding_size", bound),
+        false => ("max_buffer_size", limits.max_buffer_size),
+    }
+}
+
+/// Why a list of more touches of one layer than there can be room for is refused.
+fn too_many(limits: &wgpu::Limits, count: u64) -> GpuError {
+    let (limit, allowed) = most_bytes(limits);
+    let bytes = HEADER + 8 * count;
+    match bytes > allowed {
+        true => GpuError::TooLarge {
+            what: "the list of what touches a layer, in bytes,".into(),
+            size: bytes,
+            limit,
+            allowed,
+        },
+        false => GpuError::TooLarge {
+            what: "the number of what touches a layer".into(),
+            size: count,
+            limit: "greatest count",
+            allowed: MOST_COUNTED.into(),
+        },
+    }
 }
 
 /// The texels of as many layers as are looked at together.
@@ -295,16 +336,8 @@ impl Stacks {
                 camera.width, camera.height
             )
         };
-        gpu.check_limit(
-            what,
-            4 * texels,
-            "max_storage_buffer_binding_size",
-            |limits| limits.max_storage_buffer_binding_size,
-        )?;
-        let limits = gpu.device().limits();
-        let bytes = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        let (limit, bytes) = most_bytes(&gpu.device().limits());
+        gpu.check_limit(what, 4 * texels, limit, |_| bytes)?;
         let most = (bytes.min(BATCH) / (4 * texels)).max(1);
         // About as many layers each time.
         let batches = u64::from(layers).div_ceil(most);
@@ -511,27 +544,34 @@ fn draw(
     pass.draw(0..4, 0..count);
 }
 
-/// Tells how long passes take.
-struct Clock {
-    queries: wgpu::QuerySet,
-    /// Two times of 8 bytes.
-    times: Buffer,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Clock {
-    fn new(gpu: &Gpu) -> Self {
-        Self {
-            queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
-                label: None,
-                ty: wgpu::QueryType::Timestamp,
-                count: 2,
-            }),
-            times: gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: None,
-                size: 16,
-                usage: BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }),
+    /// However many touches there are, and whatever a device takes: where there is no room for them, they
+    /// are refused with the limit that they are above.
+    #[test]
+    fn what_has_no_room_is_above_a_limit() {
+        for (bound, buffer) in [(1 << 27, 1 << 28), (1 << 28, 1 << 27), (1 << 40, 1 << 40)] {
+            let limits = wgpu::Limits {
+                max_storage_buffer_binding_size: bound,
+                max_buffer_size: buffer,
+                ..Default::default()
+            };
+            let most = (bound.min(buffer) - HEADER) / 8;
+            for count in [most.min(MOST_COUNTED.into()) + 1, u64::from(u32::MAX) + 1] {
+                let GpuError::TooLarge {
+                    size,
+                    limit,
+                    allowed,
+                    ..
+                } = too_many(&limits, count)
+                else {
+                    panic!("no limit is told")
+                };
+                assert!(size > allowed, "{size} is not more than {allowed}");
+                assert_eq!(limit == "max_buffer_size", buffer < bound);
+            }
         }
     }
 }

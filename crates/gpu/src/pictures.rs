@@ -95,12 +95,20 @@ pub(crate) fn depth_target(gpu: &Gpu, size: [u32; 2]) -> TextureView {
     target(gpu, size, DEPTH).create_view(&Default::default())
 }
 
-/// An error if a camera's picture has no pixels or more than the device takes.
+/// An error if a camera's picture has more pixels along a side than the device takes.
+///
+/// # Panics
+///
+/// When it has none.
 pub(crate) fn check_size(gpu: &Gpu, camera: &Camera) -> Result<(), GpuError> {
     check_side(gpu, [camera.width, camera.height])
 }
 
 /// An error if a picture has more pixels along a side than the device takes.
+///
+/// # Panics
+///
+/// When it has none.
 pub(crate) fn check_side(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<(), GpuError> {
     assert!(
         width > 0 && height > 0,

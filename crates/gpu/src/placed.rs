@@ -165,6 +165,10 @@ pub(crate) struct Space {
 /// A rounding to f32.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
+/// No doubt is smaller, not even that of what lies exactly in a plane through the eye: of numbers that are
+/// far smaller, f32 has fewer digits.
+const LEAST_DOUBT: f64 = 1e-12;
+
 impl Space {
     /// Before a camera, for a scene.
     pub(crate) fn new(scene: &Scene, camera: &Camera) -> Self {
@@ -224,15 +228,14 @@ impl Space {
             axes.extend(row.dot(at))
         });
         let magnitude = |row: &DVec4| row.abs().dot(reach.extend(1.0));
-        let doubts = rows
-            .each_ref()
-            .map(|row| (8.0 * ROUNDING * magnitude(row)) as f32);
+        let doubts = rows.each_ref().map(|row| 8.0 * ROUNDING * magnitude(row));
         let single = rows.map(|row| row.as_vec4().to_array());
-        // Far from where f32 overflows, also squared, and from where it has fewer digits.
-        let is_usable = |doubt: &f32| (1e-12..1e12).contains(doubt);
+        // Far from where f32 overflows, also squared; nor is any of them no number.
+        let is_usable = |doubt: &f64| *doubt < 1e12;
         let mesh_is_usable = (reach.max_element() == 0.0 || reach.max_element() > 1e-18)
             && reach.max_element() < 1e18;
-        (mesh_is_usable && doubts.iter().all(is_usable)).then_some((single, doubts))
+        (mesh_is_usable && doubts.iter().all(is_usable))
+            .then(|| (single, doubts.map(|doubt| doubt.max(LEAST_DOUBT) as f32)))
     }
 
     /// From the middle of the picture to its borders, in texels.

@@ -42,9 +42,9 @@ pub(crate) struct Readback {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slot {
     offset: u64,
-    row: u32,
-    padded_row: u32,
-    rows: u32,
+    row: u64,
+    padded_row: u64,
+    rows: u64,
 }
 
 /// Bytes that a texture takes.
@@ -78,16 +78,16 @@ impl Readback {
         let row = texture.width() * texel;
         let slot = Slot {
             offset: self.used,
-            row,
-            padded_row: padded(row),
-            rows: texture.height(),
+            row: row.into(),
+            padded_row: padded(row).into(),
+            rows: texture.height().into(),
         };
         self.used += bytes_of([texture.width(), texture.height()], texel);
         let target = wgpu::TexelCopyBufferInfo {
             buffer: &self.buffer,
             layout: wgpu::TexelCopyBufferLayout {
                 offset: slot.offset,
-                bytes_per_row: Some(slot.padded_row),
+                bytes_per_row: Some(padded(row)),
                 rows_per_image: None,
             },
         };
@@ -110,8 +110,8 @@ impl Readback {
         let length = bytes.end - bytes.start;
         let slot = Slot {
             offset: self.used,
-            row: length as u32,
-            padded_row: length as u32,
+            row: length,
+            padded_row: length,
             rows: 1,
         };
         encoder.copy_buffer_to_buffer(source, bytes.start, &self.buffer, self.used, length);

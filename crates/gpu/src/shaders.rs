@@ -1,6 +1,7 @@
 //! The shaders' sources: constants from here, then the files a pipeline names.
 
 use crate::comparison::{DIFFERENCE, SECOND, SPLIT};
+use crate::layers::{IS_UNCOUNTED, IS_VAGUE, MOST_COUNTED};
 use crate::placed::MASKED;
 use crate::scene::{
     ATTRIBUTES, BENT_NORMAL, CLAMP_TO_EDGE, DOUBLE_SIDED, MIRRORED_REPEAT, NEAREST, UNLIT,
@@ -26,10 +27,16 @@ pub(crate) fn display() -> String {
 
 /// Of pipelines that find what triangles touch of layers.
 pub(crate) fn layers() -> String {
-    let constants = format!(
-        "const MASKED = {MASKED}u;\nconst DOUBLE_SIDED = {DOUBLE_SIDED}u;\nconst SQUARE_DOUBT = {SQUARE_DOUBT:?};\n"
-    );
-    constants + include_str!("wgsl/layers.wgsl")
+    let numbers = [
+        ("MASKED", MASKED),
+        ("DOUBLE_SIDED", DOUBLE_SIDED),
+        ("IS_VAGUE", IS_VAGUE),
+        ("IS_UNCOUNTED", IS_UNCOUNTED),
+        ("MOST_COUNTED", MOST_COUNTED),
+    ];
+    let constants = numbers.map(|(name, value)| format!("const {name} = {value}u;\n"));
+    let doubt = format!("const SQUARE_DOUBT = {SQUARE_DOUBT:?};\n");
+    constants.concat() + &doubt + include_str!("wgsl/layers.wgsl")
 }
 
 /// Of the pipeline that shows two pictures as one.
@@ -67,7 +74,7 @@ mod tests {
     use super::*;
     use crate::camera::{Placement, View};
     use crate::comparison::Shown;
-    use crate::layers::Task;
+    use crate::layers::{HEADER, Header, Task};
     use crate::placed::Placed;
     use crate::scene::{Instance, Material};
     use std::mem::offset_of;
@@ -145,6 +152,9 @@ mod tests {
         assert_eq!(layout_in(&layers(), "Placed"), placed);
         let task = fields!(Task: half, width, texels, begin, end, layers, objects, corners, room);
         assert_eq!(layout_in(&layers(), "Task"), task);
+        let (mut touches, _) = fields!(Header: count, wrong);
+        touches.push(("list".to_owned(), HEADER as u32));
+        assert_eq!(layout_in(&layers(), "Touches").0, touches);
         let (shown, span) = fields!(Shown: background, mode, gain, border);
         assert_eq!(layout_in(&comparison(), "Shown"), (shown, span));
     }

@@ -1,4 +1,4 @@
-//! How long a pass takes, told some frames later.
+//! How long passes take, told at once or some frames later.
 
 use crate::{Gpu, GpuError};
 use std::sync::Arc;
@@ -8,11 +8,41 @@ use wgpu::{Buffer, BufferUsages, CommandEncoder, QuerySet};
 /// Two times of 8 bytes.
 const BYTES: u64 = 16;
 
+/// Tells when something begins and when something ends.
+#[derive(Debug)]
+pub(crate) struct Clock {
+    queries: QuerySet,
+    times: Buffer,
+}
+
+impl Clock {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self {
+            queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
+                label: None,
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            }),
+            times: buffer(gpu, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+        }
+    }
+
+    /// For passes to write a beginning and an end to.
+    pub(crate) fn queries(&self) -> &QuerySet {
+        &self.queries
+    }
+
+    /// The times of what was encoded, to be read back for [`milliseconds`].
+    pub(crate) fn take(&self, encoder: &mut CommandEncoder) -> &Buffer {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.times, 0);
+        &self.times
+    }
+}
+
 /// Times passes, one at a time, and does not wait for them.
 #[derive(Debug)]
 pub(crate) struct Timer {
-    queries: QuerySet,
-    times: Buffer,
+    clock: Clock,
     read: Buffer,
     /// What the driver was asked for and is done with.
     state: Arc<AtomicU8>,
@@ -25,18 +55,9 @@ const FAILED: u8 = 3;
 
 impl Timer {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let buffer = |usage| {
-            gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: Some("times"),
-                size: BYTES,
-                usage,
-                mapped_at_creation: false,
-            })
-        };
         Self {
-            queries: timestamps(gpu),
-            times: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            read: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
+            clock: Clock::new(gpu),
+            read: buffer(gpu, BufferUsages::COPY_DST | BufferUsages::MAP_READ),
             state: Arc::new(AtomicU8::new(FREE)),
         }
     }
@@ -48,13 +69,13 @@ impl Timer {
 
     /// For the pass to write its beginning and end to.
     pub(crate) fn queries(&self) -> &QuerySet {
-        &self.queries
+        self.clock.queries()
     }
 
     /// Takes the times of the pass that was encoded.
     pub(crate) fn take(&self, encoder: &mut CommandEncoder) {
-        encoder.resolve_query_set(&self.queries, 0..2, &self.times, 0);
-        encoder.copy_buffer_to_buffer(&self.times, 0, &self.read, 0, BYTES);
+        let times = self.clock.take(encoder);
+        encoder.copy_buffer_to_buffer(times, 0, &self.read, 0, BYTES);
     }
 
     /// Asks for the times, once the pass was submitted.
@@ -89,12 +110,12 @@ impl Timer {
     }
 }
 
-/// Two timestamps.
-pub(crate) fn timestamps(gpu: &Gpu) -> QuerySet {
-    gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
-        label: None,
-        ty: wgpu::QueryType::Timestamp,
-        count: 2,
+fn buffer(gpu: &Gpu, usage: BufferUsages) -> Buffer {
+    gpu.device().create_buffer(&wgpu::BufferDescriptor {
+        label: Some("times"),
+        size: BYTES,
+        usage,
+        mapped_at_creation: false,
     })
 }
 

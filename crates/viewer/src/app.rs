@@ -81,6 +81,7 @@ pub(crate) fn run(
         device: gpu.device().clone(),
         queue: gpu.queue().clone(),
     };
+    let adapter_name = gpu.name().to_owned();
     let title = format!("{}: farfield", shown.name);
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
@@ -99,19 +100,23 @@ pub(crate) fn run(
         let app = App::new(context, shown, pictures, flight, look, of_app);
         Ok(Box::new(app?) as Box<dyn eframe::App>)
     };
-    eframe::run_native(&title, options, Box::new(create)).map_err(no_window)?;
+    eframe::run_native(&title, options, Box::new(create))
+        .map_err(|error| no_window(error, &adapter_name))?;
     let failure = failure.lock().ok().and_then(|mut failure| failure.take());
     failure.map_or(Ok(()), Err)
 }
 
-/// Where there is no display there is something else to do.
-fn no_window(error: eframe::Error) -> anyhow::Error {
-    let error = error.to_string();
-    let reason = without_place(&error).trim_end_matches('.');
-    anyhow!(
-        "there is no display for a window: {reason}; look at the bundle in a browser with --web, or write a \
-         picture to a file with --screenshot FILE"
-    )
+/// Why there is no window. Where there is no display there is something else to do.
+fn no_window(error: eframe::Error, adapter: &str) -> anyhow::Error {
+    let words = error.to_string();
+    let reason = without_place(&words).trim_end_matches('.');
+    match error {
+        eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => anyhow!(
+            "there is no display for a window: {reason}; look at the bundle in a browser with --web, or \
+             write a picture to a file with --screenshot FILE"
+        ),
+        _ => anyhow!("the window cannot be drawn with {adapter}: {reason}"),
+    }
 }
 
 /// An error of the system without the line of source code that winit puts before it.
@@ -268,9 +273,9 @@ impl App {
             }
             Action::Cell => self.draws_cell = Some(!self.draws_cell()),
             Action::Native => self.is_native = !self.is_native,
-            Action::Reference => self.visit(0)?,
+            Action::Reference => self.visit(0),
             Action::Worst => match (self.shown.worst.get(rank), self.shown.worst.len()) {
-                (Some(view), _) => self.visit(*view)?,
+                (Some(view), _) => self.visit(*view),
                 (None, 0) => {
                     self.say("the worst views are not known: cargo xtask verify finds them");
                 }
@@ -278,7 +283,7 @@ impl App {
             },
             Action::Step(by) => {
                 let view = self.flight.at.map_or(0, |sight| sight.view);
-                self.visit(view.saturating_add_signed(by))?;
+                self.visit(view.saturating_add_signed(by));
             }
             Action::Save => self.save()?,
             Action::Panel => self.has_panel = !self.has_panel,
@@ -291,23 +296,27 @@ impl App {
         self.message = Some((message.into(), Instant::now() + SAY));
     }
 
-    fn visit(&mut self, view: u64) -> Result<()> {
-        let sight = self.shown.sight(view)?;
-        self.flight.go_to(sight, self.shown.aims_anywhere);
-        self.pictures.touch();
-        Ok(())
+    /// Goes to a viewpoint; where there is none, that is said and the viewer stays.
+    fn visit(&mut self, view: u64) {
+        match self.shown.sight(view) {
+            Ok(sight) => {
+                self.flight.go_to(sight, self.shown.aims_anywhere);
+                self.pictures.touch();
+            }
+            Err(error) => self.say(format!("viewpoint {view}: {error:#}")),
+        }
     }
 
-    /// Saves what is shown in the current folder.
+    /// Saves what is shown in the current folder, beside what was saved before.
     fn save(&mut self) -> Result<()> {
         self.pictures.draw(&self.shown, &self.flight, &self.look)?;
         let picture = self.pictures.read()?;
         let view = self.flight.at.map(|sight| format!("-view-{}", sight.view));
         let mode = self.look.mode.name();
-        let name = format!("{}{}-{mode}.png", self.shown.name, view.unwrap_or_default());
-        let path = std::path::absolute(&name).unwrap_or_else(|_| PathBuf::from(name));
-        self.say(match screenshot::write(&picture, &path) {
-            Ok(()) => format!("saved {}", path.display()),
+        let name = format!("{}{}-{mode}", self.shown.name, view.unwrap_or_default());
+        let name = std::path::absolute(&name).unwrap_or_else(|_| PathBuf::from(name));
+        self.say(match screenshot::write_new(&picture, &name) {
+            Ok(path) => format!("saved {}", path.display()),
             Err(error) => format!("not saved: {error:#}"),
         });
         Ok(())
@@ -419,6 +428,18 @@ mod tests {
         let error = "os error at /a/winit-0.30.13/src/linux/mod.rs:765: DISPLAY is not set.";
         assert_eq!(without_place(error), "DISPLAY is not set.");
         assert_eq!(without_place("no surface: lost"), "no surface: lost");
+    }
+
+    /// Only where there is no display is it said that there is none.
+    #[test]
+    fn windows_that_are_not_drawn_name_the_adapter() {
+        let failed = eframe::Error::AppCreation("no surface: lost".into());
+        let words = no_window(failed, "llvmpipe").to_string();
+        assert!(!words.contains("no display"), "{words}");
+        assert!(
+            words.contains("llvmpipe") && words.contains("no surface: lost"),
+            "{words}"
+        );
     }
 
     /// A picture keeps its shape and fills the window along one side.

@@ -137,13 +137,19 @@ pub(crate) const BINDINGS: [Binding; 20] = [
         "worst views, the worst first",
         Action::Worst,
     ),
+    // Brackets need AltGr on many keyboards.
     binding(
-        &[Key::OpenBracket],
-        "[",
+        &[Key::OpenBracket, Key::B],
+        "[ B",
         "viewpoint before",
         Action::Step(-1),
     ),
-    binding(&[Key::CloseBracket], "]", "next viewpoint", Action::Step(1)),
+    binding(
+        &[Key::CloseBracket, Key::N],
+        "] N",
+        "next viewpoint",
+        Action::Step(1),
+    ),
     binding(&[Key::K], "K", "saves the picture", Action::Save),
     binding(
         &[Key::X],
@@ -222,6 +228,14 @@ mod tests {
         assert_eq!(action_of(Key::Num9), Some((Action::Worst, 8)));
         assert_eq!(action_of(Key::Num0), Some((Action::Reference, 0)));
         assert_eq!(action_of(Key::W), None);
+    }
+
+    /// Also where a bracket takes a key that is for something else.
+    #[test]
+    fn viewpoints_are_on_letters_too() {
+        let action = |key| action_of(key).map(|(action, _)| action);
+        assert_eq!(action(Key::N), action(Key::CloseBracket));
+        assert_eq!(action(Key::B), Some(Action::Step(-1)));
     }
 
     #[test]

@@ -19,7 +19,7 @@ use flight::Flight;
 use pictures::{Look, Pictures};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use xtask::{Console, Shown, ViewMode, ViewOptions, picture_size};
+use xtask::{Console, MOST_VIEWS, Shown, ViewMode, ViewOptions, picture_size};
 
 /// Shows a bundle beside its original, in a window or in a file.
 #[derive(Parser)]
@@ -32,7 +32,7 @@ struct Args {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// Begins at this viewpoint, as `verify` counts.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(..MOST_VIEWS))]
     view: u64,
     /// What is shown of original and impostor. [default: split, or the impostor where it is alone]
     #[arg(long, value_enum)]
@@ -73,7 +73,9 @@ fn run(args: Args) -> Result<()> {
         return app::run(shown, pictures, (instance, adapter), flight, look);
     };
     pictures.draw(&shown, &flight, &look)?;
-    screenshot::write(&pictures.read()?, &file)
+    screenshot::write(&pictures.read()?, &file)?;
+    console.say(format_args!("saved {}", file.display()));
+    Ok(())
 }
 
 /// What is shown first.

@@ -137,6 +137,8 @@ fn shown(dir: &Path, arguments: &[&str]) -> RgbaImage {
         stderr(&output)
     );
     assert!(output.stdout.is_empty());
+    let text = stderr(&output);
+    assert!(text.contains(&format!("saved {file_argument}")), "{text}");
     picture(&file)
 }
 

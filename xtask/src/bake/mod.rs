@@ -144,7 +144,7 @@ pub struct BakeReport {
     pub bundle: PathBuf,
     /// Name of the technique.
     pub technique: &'static str,
-    /// The GPU that helped to record layers, to the end; "cpu" where none did. The bundle does not depend
+    /// The GPU that helped to record layers; "cpu" where none helped with any. The bundle does not depend
     /// on it.
     pub device: String,
     /// From start to end.
@@ -272,6 +272,7 @@ pub fn bake_on(options: &BakeOptions, device: &Device, console: &Console) -> Res
     let parts = parts::parts(scene, &space, &lens).with_context(in_scene)?;
     let textures = console.stage("prepare textures", || Textures::new(scene));
     device.introduce(console);
+    let before = device.tally();
     let attempt = |making| -> Result<Attempt> {
         let mut dumped = options.dump.as_ref().map(|_| Vec::new());
         let baked = bake_parts(
@@ -364,7 +365,7 @@ pub fn bake_on(options: &BakeOptions, device: &Device, console: &Console) -> Res
     Ok(BakeReport {
         bundle: dir,
         technique: manifest.technique.name(),
-        device: device.name().into(),
+        device: device.name_since(before).into(),
         seconds: start.elapsed().as_secs_f64(),
         triangles_in: statistics.before.triangles,
         triangles_out: statistics.after.triangles,

@@ -33,6 +33,16 @@ pub enum DeviceChoice {
     Gpu,
 }
 
+/// How many recordings a GPU helped with, and how many the CPU did alone because it was lost or did not
+/// take them. Both are 0 where there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// With its help.
+    pub helped: u64,
+    /// Without.
+    pub refused: u64,
+}
+
 /// What records layers.
 #[derive(Debug, Default)]
 pub struct Device {
@@ -59,24 +69,38 @@ impl Device {
         Ok(Self { helper })
     }
 
-    /// "cpu", or the name of the GPU that helps, as long as it does.
+    /// "cpu", or the name of the GPU that is asked for help, unless it was lost.
     pub fn name(&self) -> &str {
-        let helping = self.helper.as_ref().and_then(Helper::name);
-        helping.unwrap_or("cpu")
+        let asked = self.helper.as_ref().filter(|helper| !helper.is_lost());
+        asked.map_or("cpu", Helper::name)
     }
 
-    /// Loses the GPU, as if it were unplugged, which is told from then on.
-    pub fn lose(&self) {
+    /// How often the GPU helped so far, and how often not.
+    pub fn tally(&self) -> Tally {
+        self.helper.as_ref().map(Helper::tally).unwrap_or_default()
+    }
+
+    /// "cpu", or the name of the GPU, if it helped with any recording since.
+    pub(crate) fn name_since(&self, before: Tally) -> &str {
+        let helper = self.helper.as_ref();
+        let helped = helper.filter(|helper| helper.tally().helped > before.helped);
+        helped.map_or("cpu", Helper::name)
+    }
+
+    /// Loses the GPU, as if it were unplugged, when it is asked for help the next time after so many
+    /// recordings, in all, that it helped with.
+    pub fn lose_after(&self, recordings: u64) {
         if let Some(helper) = &self.helper {
-            helper.lose();
+            helper.lose_after(recordings);
         }
     }
 
     /// Says what records layers, where that is not the CPU alone.
     pub(crate) fn introduce(&self, console: &Console) {
-        if let Some(name) = self.helper.as_ref().and_then(Helper::name) {
+        if self.helper.as_ref().is_some_and(|helper| !helper.is_lost()) {
             console.say(format_args!(
-                "  layers are recorded with the help of {name}"
+                "  layers are recorded with the help of {}",
+                self.name()
             ));
         }
     }

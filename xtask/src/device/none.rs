@@ -1,5 +1,6 @@
 //! Stands for a GPU where the program was built without.
 
+use super::Tally;
 use crate::console::Console;
 use anyhow::{Result, bail};
 use farfield_layers::LayerStack;
@@ -23,11 +24,19 @@ impl Helper {
         )
     }
 
-    pub(super) fn name(&self) -> Option<&str> {
+    pub(super) fn name(&self) -> &str {
         match *self {}
     }
 
-    pub(super) fn lose(&self) {
+    pub(super) fn is_lost(&self) -> bool {
+        match *self {}
+    }
+
+    pub(super) fn tally(&self) -> Tally {
+        match *self {}
+    }
+
+    pub(super) fn lose_after(&self, _: u64) {
         match *self {}
     }
 

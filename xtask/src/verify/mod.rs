@@ -31,7 +31,7 @@ use crate::console::Console;
 use crate::device::Device;
 use crate::parts::{Part, parts};
 use crate::{bake, opened};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use construction::Construction;
 use display::quads_of_each;
 use farfield_bundle::{CertificateState, Manifest};
@@ -61,6 +61,9 @@ pub struct VerifyOptions {
     pub views: Range<u64>,
 }
 
+/// More viewpoints than anybody has time for: numbers of viewpoints are smaller.
+pub const MOST_VIEWS: u64 = 1_000_000;
+
 /// Views that are looked at before their figures are added up: bounds memory.
 const CHUNK: u64 = 64;
 
@@ -77,6 +80,21 @@ const CHUNK: u64 = 64;
 /// that was baked.
 pub fn verify(options: &VerifyOptions, console: &Console) -> Result<VerifyReport> {
     verify_on(options, &Device::cpu(), console)
+}
+
+/// An error where a bundle has no layers that a GPU could help to record.
+///
+/// # Errors
+///
+/// When it has none, as the original geometry is drawn, or is damaged.
+pub fn require_layers(dir: &Path) -> Result<()> {
+    let manifest = opened::manifest(dir, &Console::Silent)?;
+    ensure!(
+        manifest.technique.channels().is_some(),
+        "--device gpu: not for bundles of --technique bitfields, whose verification records no layers; leave \
+         this out"
+    );
+    Ok(())
 }
 
 /// Verifies a bundle. The device records the layers that tell whether the view space sees a part of the

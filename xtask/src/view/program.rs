@@ -16,7 +16,7 @@ pub fn built(console: &Console) -> Result<Vec<NewFile>> {
     let web = Path::new(env!("CARGO_MANIFEST_DIR")).join("../web");
     let dist = web.join("dist");
     let sources = newest(&sources(&web)?)?;
-    let made = oldest(&dist);
+    let made = finished(&dist);
     if made.is_none_or(|made| made < sources) {
         build(&web, console)?;
     }
@@ -73,10 +73,17 @@ fn newest(files: &[PathBuf]) -> Result<SystemTime> {
     Ok(newest)
 }
 
-/// When the first of the files in a folder was written; `None` where there are none.
-fn oldest(dist: &Path) -> Option<SystemTime> {
-    let files = files_in(dist).ok()?;
-    files.iter().filter_map(|file| modified(file).ok()).min()
+/// What a page is not shown without.
+const NEEDED: [&str; 3] = ["index.html", "page.js", "style.css"];
+
+/// When the first of the files that a page needs was written; `None` where one is not there.
+fn finished(dist: &Path) -> Option<SystemTime> {
+    let mut first = None;
+    for name in NEEDED {
+        let written = modified(&dist.join(name)).ok()?;
+        first = Some(first.map_or(written, |first: SystemTime| first.min(written)));
+    }
+    first
 }
 
 fn modified(path: &Path) -> Result<SystemTime> {
@@ -104,4 +111,23 @@ fn read(dist: &Path) -> Result<Vec<NewFile>> {
         })
     });
     files.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A page that lacks a file, as builds that were interrupted have left them, is built again.
+    #[test]
+    fn a_page_without_its_script_is_not_finished() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str| std::fs::write(folder.path().join(name), name).unwrap();
+        assert_eq!(finished(&folder.path().join("dist")), None);
+        write("index.html");
+        write("style.css");
+        assert_eq!(finished(folder.path()), None);
+        write("page.js");
+        let first = modified(&folder.path().join("index.html")).unwrap();
+        assert_eq!(finished(folder.path()), Some(first));
+    }
 }

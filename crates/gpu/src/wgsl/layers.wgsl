@@ -39,8 +39,8 @@ struct Placed {
 
 struct Touches {
     count: atomic<u32>,
-    // Not 0 where some triangle is known too vaguely.
-    vague: atomic<u32>,
+    // Bits that say that a triangle is known too vaguely, or that there are too many to be counted.
+    wrong: atomic<u32>,
     // Texel of the layers looked at, and number of the triangle among all that are drawn.
     list: array<vec2u>,
 }
@@ -467,7 +467,7 @@ fn texel_of(position: vec4f, layer: u32) -> u32 {
 fn sure(piece: Piece) {
     let traits = piece.number.y;
     if (traits & VAGUE) != 0u {
-        atomicStore(&touches.vague, 1u);
+        atomicOr(&touches.wrong, IS_VAGUE);
         return;
     }
     let is_masked = (traits & MASKED) != 0u;
@@ -530,6 +530,8 @@ fn possible(piece: Piece) {
             let place = atomicAdd(&touches.count, 1u);
             if place < task.room {
                 touches.list[place] = vec2u(texel, piece.number.x);
+            } else if place >= MOST_COUNTED {
+                atomicOr(&touches.wrong, IS_UNCOUNTED);
             }
         }
     }
