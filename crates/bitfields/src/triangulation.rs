@@ -184,8 +184,9 @@ impl Triangulation {
     /// When the direction is zero or not finite, or there is no such face.
     pub(crate) fn walk(&self, start: u32, direction: DVec3) -> u32 {
         let longest = direction.abs().max_element();
+        // The largest of some numbers and one that is none is a number.
         assert!(
-            longest > 0.0 && longest.is_finite(),
+            direction.is_finite() && longest > 0.0,
             "{direction} is no direction"
         );
         // Against products that overflow or vanish.
