@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use super::sampler::Sampler;
-use super::{BitfieldsOptions, Made, listed_ranges, misses};
+use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
 use crate::console::Console;
 use crate::inside::Inside;
 use crate::orbit::FINER;
@@ -10,9 +10,7 @@ use anyhow::Result;
 use farfield_bitfields::{
     Bitfield, CellSet, CellSettings, FaceRanges, PatchSettings, cell_patches_in_parts, cell_set,
 };
-use farfield_bundle::{
-    CELLS_FILE, CELLS_FORMAT, CELLS_VERSION, CellLists, CellRecord, NewFile, Samples,
-};
+use farfield_bundle::{CELLS_FILE, CELLS_FORMAT, CELLS_VERSION, CellLists, CellRecord, Samples};
 use farfield_sampling::Textures;
 use farfield_scene::Scene;
 use farfield_views::ViewCell;
@@ -82,10 +80,11 @@ pub(super) fn made(
         };
         console.stage("look", || misses(MEASURED, missed))
     });
-    let file = NewFile {
-        path: CELLS_FILE.into(),
-        bytes: cell_lists(&lists, parts).to_json().into_bytes(),
-    };
+    let file = list_file(
+        CELLS_FILE,
+        cell_lists(&lists, parts).to_json(),
+        "cut the view cell into fewer with --cells",
+    )?;
     Ok(Made {
         grouped,
         lists,

@@ -21,8 +21,9 @@ use anyhow::{Context, Result, bail};
 pub(crate) use around::sets;
 use farfield_bitfields::{FaceRanges, PatchSettings, culled_share};
 use farfield_bundle::{
-    BitfieldsBody, Body, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
-    Samples, Statistics, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
+    BitfieldsBody, Body, Cost, FORMAT, GLTF_FILE, Impostor, LISTS_MOST_BYTES, Manifest, NewFile,
+    Options, Promise, Samples, Statistics, Technique, VERSION, ViewSpace, encode_png,
+    glb_from_scene,
 };
 use farfield_scene::Scene;
 use glam::{DVec3, Vec3};
@@ -223,6 +224,24 @@ fn listed_ranges(ranges: &[Range<u32>]) -> Vec<[u32; 2]> {
         .iter()
         .map(|range| [range.start, range.end])
         .collect()
+}
+
+/// A file of lists.
+///
+/// * `remedy` - for one that is too large
+///
+/// # Errors
+///
+/// When it is, so that nobody would read it.
+fn list_file(name: &str, text: String, remedy: &str) -> Result<NewFile> {
+    let bytes = text.len() as u64;
+    if bytes > LISTS_MOST_BYTES {
+        bail!("{name} would have {bytes} bytes, more than {LISTS_MOST_BYTES}: {remedy}");
+    }
+    Ok(NewFile {
+        path: name.into(),
+        bytes: text.into_bytes(),
+    })
 }
 
 /// Those for whom it is made.
@@ -464,5 +483,19 @@ fn report(manifest: &Manifest, made: &Made, dir: PathBuf, start: Instant) -> Bak
             layers: 0,
             quads: 0,
         }],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What readers refuse is not written, and the message says what to do.
+    #[test]
+    fn lists_that_nobody_reads_are_refused() {
+        let most = LISTS_MOST_BYTES as usize;
+        assert!(list_file("cells.json", " ".repeat(most), "do less").is_ok());
+        let error = list_file("cells.json", " ".repeat(most + 1), "do less").unwrap_err();
+        assert!(error.to_string().ends_with("do less"), "{error}");
     }
 }
