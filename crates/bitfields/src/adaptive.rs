@@ -41,6 +41,9 @@ pub struct Adapted {
     /// What each viewpoint sees at all distances, and what views nearby saw that would have been
     /// missed.
     pub sets: Vec<Bitfield>,
+    /// Samples that were taken: of viewpoints, at each of the distances, and where views missed something
+    /// when there were as many viewpoints as allowed.
+    pub samples: u32,
     /// Views one after another, the last of all, that were clean. Fewer than asked for only where
     /// there were as many views as allowed.
     pub clean_views: u32,
@@ -83,6 +86,11 @@ pub fn adapt(
     look: impl FnMut(&[DVec3]) -> Vec<Vec<[u32; 2]>>,
 ) -> Result<Adapted, TriangulationError> {
     let distances = &settings.distances;
+    let mut samples = 0;
+    let mut sample = |offsets: &[DVec3]| {
+        samples += offsets.len() as u32;
+        sample(offsets)
+    };
     let mut faces = Triangulation::new(start, DVec3::ZERO)?;
     let mut sets = distances.unite(&sample(&distances.viewpoints(faces.directions())));
     let view = |index| view_offset(index, distances, settings.seed);
@@ -133,6 +141,7 @@ pub fn adapt(
     Ok(Adapted {
         faces,
         sets,
+        samples,
         clean_views,
         rounds,
     })
@@ -330,7 +339,13 @@ mod tests {
                 most_views: 100_000,
                 seed,
             };
-            let adapted = adapt(&start, &settings, |d| model.sets(d), |d| model.look(d)).unwrap();
+            let mut samples = 0;
+            let sample = |offsets: &[DVec3]| {
+                samples += offsets.len() as u32;
+                model.sets(offsets)
+            };
+            let adapted = adapt(&start, &settings, sample, |d| model.look(d)).unwrap();
+            prop_assert_eq!(adapted.samples, samples);
             prop_assert_eq!(adapted.clean_views, 1000);
             // 15 batches of 64, and one of 40.
             let clean = adapted.rounds.iter().rev().take_while(|round| round.missing_views == 0);

@@ -212,6 +212,7 @@ fn adaptive(
         sets,
         clean_views,
         rounds,
+        ..
     } = adapted;
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
     console.say(format_args!(
