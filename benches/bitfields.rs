@@ -98,16 +98,21 @@ fn ranges_table(model: &Numbered) {
 
 /// Prints the table of viewpoints that are added where they are needed, a matter of an hour.
 ///
-/// * `name` - of the only model that it is to be of, or of none
+/// * `name` - of the only model that it is to be of; empty for all
+///
+/// # Panics
+///
+/// When there is no model of this name; names the others.
 pub(crate) fn adaptive_tables(name: &str) {
     // A picture of the dragon takes ten times as long.
     let models = [(MODELS[0], 3000), (MODELS[2], 3000), (MODELS[3], 1000)];
     let named = models.iter().filter(|((model, ..), _)| *model == name);
-    let named: Vec<_> = named.collect();
-    let chosen = match named.is_empty() {
-        true => models.iter().collect(),
-        false => named,
+    let chosen: Vec<_> = match name {
+        "" => models.iter().collect(),
+        _ => named.collect(),
     };
+    let names = models.map(|((name, ..), _)| name).join(", ");
+    assert!(!chosen.is_empty(), "there is no {name}, but {names}");
     for &(entry, clean_views) in chosen {
         for model in models::read(&[entry]) {
             let model = Numbered::new(model.name, model.scene);
@@ -337,10 +342,10 @@ fn adaptive(model: &Numbered, clean_views: u32) {
         model.name
     );
     println!(
-        "| viewpoints | seed | pictures | clean at last | s | culled | ranges: bytes | missed | patches: \
+        "| viewpoints | samples | seed | pictures | clean at last | s | culled | ranges: bytes | missed | patches: \
          bytes | culled | missed |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let textures = Textures::new(&model.scene);
     let distances = model.distances();
     let pictures = model.pictures(&textures, &distances);
@@ -367,6 +372,7 @@ fn adaptive(model: &Numbered, clean_views: u32) {
         let Adapted {
             faces,
             sets,
+            samples,
             rounds,
             clean_views,
         } = adapted.expect("the first are all around");
@@ -387,7 +393,7 @@ fn adaptive(model: &Numbered, clean_views: u32) {
         let drawn = drawn(&joined, &patches.order);
         let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
         println!(
-            "| {} | {seed} | {} | {clean_views} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
+            "| {} | {samples} | {seed} | {} | {clean_views} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
             sets.len(),
             // Full batches but for the last.
             64 * rounds.len(),

@@ -78,8 +78,9 @@ fn main() {
         return auto::tables();
     }
     if let Some(at) = asked("adaptive") {
-        let name = arguments.get(at + 1).map_or("", String::as_str);
-        return bitfields::adaptive_tables(name);
+        // Cargo adds --bench.
+        let name = arguments.get(at + 1).filter(|name| !name.starts_with("--"));
+        return bitfields::adaptive_tables(name.map_or("", String::as_str));
     }
     if asked("frames").is_some() {
         return frames::table();

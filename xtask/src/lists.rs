@@ -6,7 +6,7 @@ use crate::orbit::Orbit;
 use crate::viewpoints::{SEED, require_end};
 use anyhow::{Context, Result, bail};
 use farfield_bitfields::{FaceRanges, Lookup, Triangulation};
-use farfield_bundle::{FACES_FILE, FaceLists, Manifest, ViewSpace, read_cells, read_faces};
+use farfield_bundle::{FACES_FILE, Manifest, ViewSpace, read_cells, read_faces};
 use farfield_views::{Camera, Extent, Pose, ViewCell};
 use glam::DVec3;
 use std::ops::Range;
@@ -47,8 +47,9 @@ pub(crate) fn read(
     match options.view_space {
         ViewSpace::Shell { center, near, far } => {
             let lists = read_faces(dir, manifest)?;
-            let faces =
-                faces(&lists).with_context(|| dir.join(FACES_FILE).display().to_string())?;
+            let corners: Vec<[u32; 3]> = lists.faces.iter().map(|face| face.corners).collect();
+            let faces = Triangulation::from_faces(&lists.viewpoints, &corners)
+                .with_context(|| dir.join(FACES_FILE).display().to_string())?;
             let orbit = Orbit::new(represented, Some([near, far]), fov, options.resolution)
                 .and_then(|orbit| at_center(orbit, center, represented))
                 .with_context(in_manifest)?;
@@ -77,20 +78,6 @@ pub(crate) fn read(
             in_manifest()
         ),
     }
-}
-
-/// Faces between the viewpoints of a file.
-///
-/// # Errors
-///
-/// When the file's are others.
-fn faces(lists: &FaceLists) -> Result<Triangulation> {
-    let faces = Triangulation::new(&lists.viewpoints, DVec3::ZERO)?;
-    let expected = faces.faces().iter().map(|face| face.corners);
-    if !lists.faces.iter().map(|face| face.corners).eq(expected) {
-        bail!("faces are not the convex hull of the viewpoints; bake the bundle again");
-    }
-    Ok(faces)
 }
 
 /// The same around the centre that a manifest tells.

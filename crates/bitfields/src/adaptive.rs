@@ -7,8 +7,8 @@ use farfield_views::{direction_at, low_discrepancy_point};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Closer to a corner of its face than this, in radians, a missed view does not become a viewpoint
-/// of its own: the corner sees the same from there.
+/// Closer to another viewpoint than this, in radians, a direction does not become one of its own: the
+/// other sees the same from there.
 const NEAR: f64 = 1e-4;
 
 /// When to stop.
@@ -41,6 +41,9 @@ pub struct Adapted {
     /// What each viewpoint sees at all distances, and what views nearby saw that would have been
     /// missed.
     pub sets: Vec<Bitfield>,
+    /// Samples that were taken: of viewpoints, at each of the distances, and where views missed something
+    /// when there were as many viewpoints as allowed.
+    pub samples: u32,
     /// Views one after another, the last of all, that were clean. Fewer than asked for only where
     /// there were as many views as allowed.
     pub clean_views: u32,
@@ -83,6 +86,11 @@ pub fn adapt(
     look: impl FnMut(&[DVec3]) -> Vec<Vec<[u32; 2]>>,
 ) -> Result<Adapted, TriangulationError> {
     let distances = &settings.distances;
+    let mut samples = 0;
+    let mut sample = |offsets: &[DVec3]| {
+        samples += offsets.len() as u32;
+        sample(offsets)
+    };
     let mut faces = Triangulation::new(start, DVec3::ZERO)?;
     let mut sets = distances.unite(&sample(&distances.viewpoints(faces.directions())));
     let view = |index| view_offset(index, distances, settings.seed);
@@ -133,6 +141,7 @@ pub fn adapt(
     Ok(Adapted {
         faces,
         sets,
+        samples,
         clean_views,
         rounds,
     })
@@ -171,23 +180,31 @@ fn viewpoints(
             *worst = view;
         }
     }
-    let apart = |view: &&Missing<'_>| {
-        let corners = faces.corners(view.face);
-        let direction = view.offset.normalize();
-        let mut distances = corners.iter().map(|corner| corner.distance(direction));
-        distances.all(|distance| distance > NEAR)
-    };
-    let mut views: Vec<&Missing<'_>> = worst.values().copied().filter(apart).collect();
+    let mut views: Vec<&Missing<'_>> = worst.values().copied().collect();
     views.sort_by_key(|view| std::cmp::Reverse(view.pixels));
-    views.truncate(room);
-    let mut added: Vec<DVec3> = (views.iter()).map(|view| view.offset.normalize()).collect();
+    let mut added: Vec<DVec3> = Vec::new();
+    // Hundreds of viewpoints, with tens that are added.
+    let is_apart = |direction: DVec3, added: &[DVec3]| {
+        let mut others = faces.directions().iter().chain(added);
+        others.all(|other| other.distance(direction) > NEAR)
+    };
+    for direction in views.iter().map(|view| view.offset.normalize()) {
+        if added.len() < room && is_apart(direction, &added) {
+            added.push(direction);
+        }
+    }
 
     let mut others: Vec<u32> = (0..faces.faces().len() as u32)
         .filter(|face| !worst.contains_key(face))
         .collect();
     others.sort_by_cached_key(|&face| std::cmp::Reverse(disagreement(faces, sets, face)));
-    others.truncate(added.len().min(room - added.len()));
-    added.extend(others.iter().map(|&face| middle(faces, face)));
+    let most = room.min(2 * added.len());
+    // Faces between viewpoints on one circle have the same middle.
+    for direction in others.iter().map(|&face| middle(faces, face)) {
+        if added.len() < most && is_apart(direction, &added) {
+            added.push(direction);
+        }
+    }
     added
 }
 
@@ -223,7 +240,7 @@ fn view_offset(index: u64, distances: &Distances, seed: u64) -> DVec3 {
 mod tests {
     use super::*;
     use crate::even_directions;
-    use farfield_views::sphere_direction;
+    use farfield_views::{lattice_viewpoints, sphere_direction};
     use proptest::prelude::*;
 
     const DISTANCES: Distances = Distances {
@@ -266,15 +283,53 @@ mod tests {
         }
     }
 
+    /// Spread evenly, or the corners of a cube, or these and the middles of its edges and faces:
+    /// there, four viewpoints and more lie on a circle, so that faces share their middles.
+    fn starts() -> impl Strategy<Value = Vec<DVec3>> {
+        let lattice: Vec<DVec3> = (lattice_viewpoints().iter())
+            .map(|fractions| fractions * 2.0 - 1.0)
+            .collect();
+        let corners = lattice.iter().filter(|v| v.length_squared() == 3.0);
+        let corners: Vec<DVec3> = corners.copied().collect();
+        prop_oneof![Just(even_directions(12)), Just(corners), Just(lattice)]
+    }
+
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(8))]
+        /// However many views of whatever faces miss something, the viewpoints that are added have a
+        /// triangulation with those that are there, and are not too many.
+        #[test]
+        fn added_viewpoints_are_apart(
+            start in starts(),
+            views in prop::collection::vec((0..999u32, 1..9u64), 1..20),
+            room in 0..40usize,
+        ) {
+            let faces = Triangulation::new(&start, DVec3::ZERO).unwrap();
+            let sets = vec![Bitfield::empty(1); start.len()];
+            let views = views.iter().map(|&(index, pixels)| {
+                let offset = 3.0 * sphere_direction(index, 999);
+                Missing { pixels, face: faces.walk(0, offset), offset, shown: &[] }
+            });
+            let views: Vec<Missing<'_>> = views.collect();
+            let added = viewpoints(&faces, &sets, &views.iter().collect::<Vec<_>>(), room);
+            prop_assert!(added.len() <= room && (room == 0 || !added.is_empty()));
+            let all = [faces.directions(), &added].concat();
+            prop_assert!(Triangulation::new(&all, DVec3::ZERO).is_ok());
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(12))]
 
         /// In the end as many views in a row as asked for miss nothing, there are no more
         /// viewpoints than allowed, every viewpoint's set has what is seen from there at each of
         /// the distances, and other views, which the loop never saw, at distances between them,
         /// hardly miss anything.
         #[test]
-        fn held_back_views_miss_nothing(seed: u64, most_viewpoints in 0..80u32) {
+        fn held_back_views_miss_nothing(
+            start in starts(),
+            seed: u64,
+            most_viewpoints in 0..80u32,
+        ) {
             let model = Ball::new(200);
             let settings = AdaptiveSettings {
                 distances: DISTANCES,
@@ -284,13 +339,18 @@ mod tests {
                 most_views: 100_000,
                 seed,
             };
-            let start = even_directions(12);
-            let adapted = adapt(&start, &settings, |d| model.sets(d), |d| model.look(d)).unwrap();
+            let mut samples = 0;
+            let sample = |offsets: &[DVec3]| {
+                samples += offsets.len() as u32;
+                model.sets(offsets)
+            };
+            let adapted = adapt(&start, &settings, sample, |d| model.look(d)).unwrap();
+            prop_assert_eq!(adapted.samples, samples);
             prop_assert_eq!(adapted.clean_views, 1000);
             // 15 batches of 64, and one of 40.
             let clean = adapted.rounds.iter().rev().take_while(|round| round.missing_views == 0);
             prop_assert_eq!(clean.count(), 16);
-            prop_assert!(adapted.sets.len() as u32 <= most_viewpoints.max(12));
+            prop_assert!(adapted.sets.len() as u32 <= most_viewpoints.max(start.len() as u32));
             prop_assert_eq!(adapted.sets.len(), adapted.faces.directions().len());
             for distance in [1.5, 6.0] {
                 let directions = adapted.faces.directions().iter();

@@ -145,11 +145,25 @@ mod tests {
         }
     }
 
+    /// The centre itself is in no direction, nor is anything with a coordinate that is infinite or
+    /// no number, whichever that is.
     #[test]
-    #[should_panic(expected = "is no direction")]
-    fn the_centre_itself_panics() {
+    fn what_is_no_direction_panics() {
         let faces = Triangulation::new(&crate::even_directions(6), DVec3::ZERO).unwrap();
-        let lists = FaceRanges::from_lists(vec![Vec::new(); 8]);
-        Lookup::new(faces, lists).ranges(DVec3::ZERO);
+        let lookup = Lookup::new(faces, FaceRanges::from_lists(vec![Vec::new(); 8]));
+        let panics = |direction: DVec3| {
+            let found = std::panic::catch_unwind(|| lookup.ranges(direction));
+            let message = found.expect_err("it has no face");
+            let message = message.downcast::<String>().expect("it is formatted");
+            assert!(message.contains("is no direction"), "{message}");
+        };
+        panics(DVec3::ZERO);
+        for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            for axis in 0..3 {
+                let mut direction = DVec3::ONE;
+                direction[axis] = wrong;
+                panics(direction);
+            }
+        }
     }
 }

@@ -11,7 +11,11 @@ use thiserror::Error;
 /// rounding.
 pub(crate) const CLOSEST: f64 = 1e-6;
 
-/// The faces between viewpoints on the sphere around a model: the convex hull of their directions.
+/// A direction's length differs from 1 by no more than roundings.
+const UNIT: f64 = 1e-9;
+
+/// The faces between viewpoints on the sphere around a model: the convex hull of their directions, or
+/// what a file has ([`from_faces`](Self::from_faces)).
 ///
 /// Invariants: the faces tile the sphere, exactly: each direction lies in a face, and in only one
 /// unless it lies on an edge. Every viewpoint is a corner of at least three faces.
@@ -76,6 +80,27 @@ pub enum TriangulationError {
          add viewpoints there"
     )]
     OneSided,
+    /// A direction of another length than 1, as told to [`Triangulation::from_faces`].
+    #[error("direction {viewpoint} has the length {length}, not 1")]
+    NotUnit {
+        /// Its index.
+        viewpoint: usize,
+        /// NaN where a coordinate is.
+        length: f64,
+    },
+    /// A face with a corner that is no viewpoint, that does not face outwards, or that is not closed
+    /// with its neighbours.
+    #[error(
+        "face {face} names a viewpoint that there is not, is not counter-clockwise seen from outside, or \
+         has an edge that it does not share with just one other"
+    )]
+    NoFace {
+        /// Its index.
+        face: usize,
+    },
+    /// Faces that are each as they should be, but lie over each other or leave viewpoints out.
+    #[error("the faces lie over each other, or leave viewpoints out")]
+    NoTiling,
 }
 
 impl Triangulation {
@@ -112,16 +137,66 @@ impl Triangulation {
             return Err(TriangulationError::SameDirection { first, second });
         }
         let corners = hull(&directions);
-        // A closed surface that faces outwards everywhere winds around the centre once or more.
-        let outwards =
-            (corners.iter()).all(|&face| sign(face.map(|c| directions[c as usize])) > 0.0);
-        let area: f64 = (corners.iter())
-            .map(|face| solid_angle(face.map(|corner| directions[corner as usize])))
-            .sum();
-        if corners.is_empty() || !outwards || area > 6.0 * PI {
-            return Err(TriangulationError::OneSided);
+        Self::tiling(directions, &corners).map_err(|_| TriangulationError::OneSided)
+    }
+
+    /// The faces of a file, such as `faces.json` of a bundle, as they stand there.
+    ///
+    /// To compute them again from the viewpoints would do in most cases; but where four lie on a
+    /// circle, another version of this crate may take another diagonal, and what is listed for the
+    /// faces is that of the version which wrote them.
+    ///
+    /// Any tiling of the sphere will do, not only the convex hull, though a [`Lookup`](crate::Lookup) is
+    /// quickest in that. That the faces are one is checked, with exact signs of determinants: a closed
+    /// surface that faces outwards everywhere covers all directions equally often, and its area tells
+    /// how often that is.
+    ///
+    /// * `directions` - from the centre to the viewpoints, of length 1 to within 1e-9; they are kept
+    ///   to the bit
+    /// * `corners` - viewpoints, counter-clockwise seen from outside
+    ///
+    /// # Errors
+    ///
+    /// When directions are fewer than four or not of length 1, or the faces do not tile the sphere
+    /// with all of them as corners.
+    pub fn from_faces(
+        directions: &[DVec3],
+        corners: &[[u32; 3]],
+    ) -> Result<Self, TriangulationError> {
+        let count = directions.len();
+        if count < 4 {
+            return Err(TriangulationError::TooFew { count });
         }
-        let faces = with_neighbors(&corners);
+        for (viewpoint, length) in directions.iter().map(|d| d.length()).enumerate() {
+            // Nor is one that is no number.
+            let is_unit = (length - 1.0).abs() <= UNIT;
+            if !is_unit {
+                return Err(TriangulationError::NotUnit { viewpoint, length });
+            }
+        }
+        Self::tiling(directions.to_vec(), corners)
+    }
+
+    /// Faces that tile the sphere.
+    fn tiling(directions: Vec<DVec3>, corners: &[[u32; 3]]) -> Result<Self, TriangulationError> {
+        let place = |corner: u32| directions.get(corner as usize).copied();
+        let mut area = 0.0;
+        for (face, &[a, b, c]) in corners.iter().enumerate() {
+            let places = [place(a), place(b), place(c)];
+            match places {
+                [Some(a), Some(b), Some(c)] if sign([a, b, c]) > 0.0 => {
+                    area += solid_angle([a, b, c]);
+                }
+                _ => return Err(TriangulationError::NoFace { face }),
+            }
+        }
+        let faces = with_neighbors(corners).map_err(|face| TriangulationError::NoFace { face })?;
+        // A closed surface that faces outwards everywhere winds around the centre once or more, so
+        // that its area is a multiple of 4 pi. By Euler's formula one that does so once has two faces
+        // for each of its corners, less four.
+        if faces.len() + 4 != 2 * directions.len() || area > 6.0 * PI {
+            return Err(TriangulationError::NoTiling);
+        }
         Ok(Self { directions, faces })
     }
 
@@ -184,8 +259,9 @@ impl Triangulation {
     /// When the direction is zero or not finite, or there is no such face.
     pub(crate) fn walk(&self, start: u32, direction: DVec3) -> u32 {
         let longest = direction.abs().max_element();
+        // The largest of some numbers and one that is none is a number.
         assert!(
-            longest > 0.0 && longest.is_finite(),
+            direction.is_finite() && longest > 0.0,
             "{direction} is no direction"
         );
         // Against products that overflow or vanish.
@@ -293,21 +369,30 @@ fn hull(directions: &[DVec3]) -> Vec<[u32; 3]> {
     inner.chain(outer).collect()
 }
 
-/// The faces of a closed surface.
-fn with_neighbors(corners: &[[u32; 3]]) -> Vec<Face> {
+/// The faces of a closed surface, or the first one that has an edge which another one has too, or whose
+/// edge nobody has in the other direction.
+fn with_neighbors(corners: &[[u32; 3]]) -> Result<Vec<Face>, usize> {
     let edge = |face: &[u32; 3], i: usize| [face[i], face[(i + 1) % 3]];
-    let all = corners.iter().enumerate();
-    let left_of: BTreeMap<[u32; 2], u32> = all
-        .flat_map(|(index, face)| (0..3).map(move |i| (edge(face, i), index as u32)))
-        .collect();
-    let face = |corners: &[u32; 3]| Face {
-        corners: *corners,
-        neighbors: std::array::from_fn(|i| {
+    let mut left_of: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    for (index, face) in corners.iter().enumerate() {
+        for i in 0..3 {
+            if left_of.insert(edge(face, i), index as u32).is_some() {
+                return Err(index);
+            }
+        }
+    }
+    let face = |(index, corners): (usize, &[u32; 3])| {
+        let mut neighbors = [0; 3];
+        for (i, neighbor) in neighbors.iter_mut().enumerate() {
             let [from, to] = edge(corners, i);
-            left_of[&[to, from]]
-        }),
+            *neighbor = *left_of.get(&[to, from]).ok_or(index)?;
+        }
+        Ok(Face {
+            corners: *corners,
+            neighbors,
+        })
     };
-    corners.iter().map(face).collect()
+    corners.iter().enumerate().map(face).collect()
 }
 
 #[cfg(test)]
@@ -425,6 +510,68 @@ pub(crate) mod tests {
             }
         }
 
+        /// Faces that were written are the same when they are read.
+        #[test]
+        fn faces_are_read_back(viewpoints in viewpoints()) {
+            let faces = Triangulation::new(&viewpoints, DVec3::ZERO).unwrap();
+            let corners: Vec<[u32; 3]> = faces.faces().iter().map(|face| face.corners).collect();
+            let back = Triangulation::from_faces(faces.directions(), &corners);
+            prop_assert_eq!(back, Ok(faces));
+        }
+
+        /// Other faces are taken only if each direction is in one of them, and inside of only one:
+        /// some with another diagonal are, and none with a corner or a direction too many, too few
+        /// or in the wrong place.
+        #[test]
+        fn only_tilings_are_read(
+            viewpoints in viewpoints(),
+            flips in vec(any::<prop::sample::Index>(), 0..6),
+            (what, at) in (0..7u32, any::<prop::sample::Index>()),
+        ) {
+            let faces = Triangulation::new(&viewpoints, DVec3::ZERO).unwrap();
+            let mut directions = faces.directions().to_vec();
+            let mut corners: Vec<[u32; 3]> = faces.faces().iter().map(|f| f.corners).collect();
+            for flip in flips {
+                // The other diagonal of the two faces at an edge.
+                let face = flip.index(corners.len());
+                let [a, b, c] = corners[face];
+                let other = corners.iter().position(|f| f.contains(&b) && f.contains(&a) && !f.contains(&c));
+                let Some(other) = other else { continue };
+                let d = corners[other].into_iter().find(|v| *v != a && *v != b).unwrap();
+                corners[face] = [a, d, c];
+                corners[other] = [d, b, c];
+            }
+            let index = at.index(corners.len());
+            match what {
+                0 => corners.truncate(index),
+                1 => corners[index].reverse(),
+                2 => corners[index][1] = directions.len() as u32,
+                3 => corners.push(corners[index]),
+                4 => corners[index][0] = (corners[index][0] + 1) % directions.len() as u32,
+                5 => {
+                    let index = at.index(directions.len());
+                    directions[index] = -directions[index];
+                }
+                _ => {}
+            }
+            if let Ok(read) = Triangulation::from_faces(&directions, &corners) {
+                prop_assert!(what > 3);
+                for direction in probes(&faces, 100) {
+                    let edges = |face: u32| {
+                        let [a, b, c] = read.corners(face);
+                        [[a, b], [b, c], [c, a]].map(|[a, b]| sign([a, b, direction]))
+                    };
+                    let all = 0..corners.len() as u32;
+                    let open = all.clone().filter(|&f| edges(f).iter().all(|s| *s > 0.0)).count();
+                    let closed = all.filter(|&f| read.contains(f, direction)).count();
+                    prop_assert!(closed >= 1 && (open == 0 || (open == 1 && closed == 1)));
+                    // Scaling rounds.
+                    let scaled = direction / direction.abs().max_element();
+                    prop_assert!(read.contains(read.walk(0, scaled), scaled));
+                }
+            }
+        }
+
         /// Viewpoints on one side of the centre, or in a plane through it, are refused.
         #[test]
         fn one_sided_viewpoints_are_refused(
@@ -469,6 +616,40 @@ pub(crate) mod tests {
         assert!(told(&with(DVec3::INFINITY)).contains("viewpoint 6 at"));
         assert!(told(&with(DVec3::Y * 7.0)).contains("viewpoints 2 and 6"));
         assert!(Triangulation::new(&octahedron, DVec3::ZERO).is_ok());
+    }
+
+    /// A surface that winds around the centre twice is none though each of its faces is: two
+    /// tetrahedra with the same corners, each doubled.
+    #[test]
+    fn what_is_no_tiling_is_named() {
+        let once = even_directions(4);
+        let faces = Triangulation::new(&once, DVec3::ZERO).unwrap();
+        let corners: Vec<[u32; 3]> = faces.faces().iter().map(|face| face.corners).collect();
+        let told = |directions: &[DVec3], corners: &[[u32; 3]]| {
+            Triangulation::from_faces(directions, corners).unwrap_err()
+        };
+        let twice = [once.clone(), once.clone()].concat();
+        let others = corners.iter().map(|face| face.map(|corner| corner + 4));
+        let both: Vec<[u32; 3]> = corners.iter().copied().chain(others).collect();
+        assert_eq!(told(&twice, &both), TriangulationError::NoTiling);
+        assert_eq!(told(&twice[..5], &corners), TriangulationError::NoTiling);
+        assert_eq!(
+            told(&twice, &[both.clone(), corners.clone()].concat()),
+            TriangulationError::NoFace { face: 8 }
+        );
+        assert_eq!(
+            told(&once[..3], &corners),
+            TriangulationError::TooFew { count: 3 }
+        );
+        for (wrong, length) in [(2.0, "2"), (0.0, "0"), (f64::NAN, "NaN")] {
+            let mut directions = once.clone();
+            directions[1] *= wrong;
+            let message = told(&directions, &corners).to_string();
+            assert!(
+                message.starts_with(&format!("direction 1 has the length {length}")),
+                "{message}"
+            );
+        }
     }
 
     #[test]

@@ -24,8 +24,9 @@ pub const CELLS_SCHEMA: &str = include_str!("../schema/cells-1.schema.json");
 ///
 /// The box of the manifest's `options.view_space.view_cell` is cut into as many equal cells along x, y
 /// and z as `options.view_space.cells` says. The cell of a camera is
-/// (z columns + y) rows + x, with columns and rows the cells along y and x, and x, y, z the camera's
-/// place in the box, each in cells and rounded down.
+/// (z rows + y) columns + x, with columns and rows the cells along x and y, and x, y, z the camera's
+/// place in the box, each in cells, rounded down, and at least 0 and at most the last one: a camera on
+/// the far border of the box is in the last cell, and one outside has the list of the nearest.
 ///
 /// What is drawn is counted and drawn as that of faces is; see [`FaceLists`](crate::FaceLists).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

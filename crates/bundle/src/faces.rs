@@ -22,6 +22,9 @@ pub const FACES_VERSION: u32 = 1;
 /// The JSON schema of `faces.json`, draft 2020-12. It is also a file beside this crate's source.
 pub const FACES_SCHEMA: &str = include_str!("../schema/faces-1.schema.json");
 
+/// Viewpoints at most, which are more than anybody has time to sample.
+pub const FACES_MOST_VIEWPOINTS: u32 = 10_000;
+
 /// A direction's length differs from 1 by no more than roundings.
 const UNIT: f64 = 1e-9;
 
@@ -45,8 +48,8 @@ pub struct FaceLists {
     /// The format's version: 1.
     #[schemars(extend("const" = FACES_VERSION))]
     pub version: u32,
-    /// Directions from the centre to the viewpoints, of length 1.
-    #[schemars(with = "Vec<[f64; 3]>")]
+    /// Directions from the centre to the viewpoints, of length 1; 4 to 10,000 of them.
+    #[schemars(with = "Vec<[f64; 3]>", extend("maxItems" = FACES_MOST_VIEWPOINTS))]
     pub viewpoints: Vec<DVec3>,
     /// The first triangle of each primitive of the mesh in `impostors.glb`, and behind them the number
     /// of all.
@@ -101,6 +104,12 @@ impl FaceLists {
     /// The first thing found wrong.
     pub fn check(&self, body: &BitfieldsBody) -> Checked {
         check_header(&self.format, self.version, FACES_FORMAT, FACES_VERSION)?;
+        let viewpoints = self.viewpoints.len();
+        require(
+            viewpoints <= FACES_MOST_VIEWPOINTS as usize,
+            "viewpoints",
+            || format!("are {viewpoints}, more than {FACES_MOST_VIEWPOINTS}"),
+        )?;
         for (i, viewpoint) in self.viewpoints.iter().enumerate() {
             finite(*viewpoint, format_args!("viewpoints[{i}]"))?;
             let length = viewpoint.length();
@@ -111,7 +120,6 @@ impl FaceLists {
             )?;
         }
         self.check_surface()?;
-        let viewpoints = self.viewpoints.len();
         require(viewpoints == body.viewpoints as usize, "viewpoints", || {
             format!(
                 "are {viewpoints}, but the manifest says {}",
@@ -229,7 +237,7 @@ mod tests {
     #[test]
     fn every_damage_is_found() {
         type Damage = fn(&mut FaceLists, &mut BitfieldsBody);
-        let damages: [(&str, Damage); 20] = [
+        let damages: [(&str, Damage); 21] = [
             ("format", |l, _| l.format = "other".into()),
             ("version", |l, _| l.version = 2),
             ("viewpoints[1]", |l, _| l.viewpoints[1].x = f64::NAN),
@@ -257,6 +265,7 @@ mod tests {
             }),
             ("faces", |l, _| l.faces[2].draw[1][1] = 17),
             ("viewpoints", |_, b| b.viewpoints = 7),
+            ("viewpoints", |l, _| l.viewpoints.resize(10_001, DVec3::X)),
         ];
         for (i, (place, damage)) in damages.into_iter().enumerate() {
             let (mut lists, mut body) = lists();

@@ -32,9 +32,11 @@ pub use certificate::{
 pub use checksum::sha256_hex;
 pub use error::{BundleError, ManifestError};
 pub use faces::{
-    FACES_FILE, FACES_FORMAT, FACES_SCHEMA, FACES_VERSION, FaceLists, FaceRecord, read_faces,
+    FACES_FILE, FACES_FORMAT, FACES_MOST_VIEWPOINTS, FACES_SCHEMA, FACES_VERSION, FaceLists,
+    FaceRecord, read_faces,
 };
 pub use glb::{GlbTooLarge, cost, glb_from_scene};
+pub use lists::LISTS_MOST_BYTES;
 pub use manifest::{
     BitfieldsBody, Body, Channels, Cost, FORMAT, FileRecord, Foliage, GLTF_FILE, Generator,
     Impostor, LayerRecord, LayeredBody, MANIFEST_FILE, Manifest, Options, Promise, SCHEMA, Samples,

@@ -7,8 +7,9 @@ use crate::{BundleError, ManifestError};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// No file is larger: a thousand lists of a thousand ranges take 20 MB.
-const MAX_BYTES: u64 = 64 << 20;
+/// Bytes of `faces.json` or `cells.json` at most, larger ones are not read: a thousand lists of a thousand
+/// ranges take 20 MB.
+pub const LISTS_MOST_BYTES: u64 = 64 << 20;
 
 /// Checks that lists are in order, each of their ranges in one part, and all as the manifest says.
 ///
@@ -108,11 +109,11 @@ pub(crate) fn read<T: DeserializeOwned>(
     check: impl FnOnce(&T, &BitfieldsBody) -> Checked,
 ) -> Result<T, BundleError> {
     let path = dir.join(name);
-    let text = read_beginning(&path, MAX_BYTES + 1)?;
-    if text.len() as u64 > MAX_BYTES {
+    let text = read_beginning(&path, LISTS_MOST_BYTES + 1)?;
+    if text.len() as u64 > LISTS_MOST_BYTES {
         return Err(BundleError::TooLarge {
             path,
-            limit: MAX_BYTES,
+            limit: LISTS_MOST_BYTES,
         });
     }
     let lists: T = match parse_json(&text) {

@@ -3,7 +3,7 @@
 use super::grouped::Grouped;
 use super::sampler::Sampler;
 use super::samples::{self, SampleChoice};
-use super::{BitfieldsOptions, Made, listed_ranges, misses, welded};
+use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, welded};
 use crate::console::Console;
 use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
@@ -11,7 +11,7 @@ use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Samples, Triangulation, adapt,
     face_sets, patches_in_parts, with_neighbors,
 };
-use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord, NewFile};
+use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
 use farfield_sampling::Textures;
 use farfield_scene::Scene;
 use glam::DVec3;
@@ -104,10 +104,11 @@ pub(super) fn made(
     let viewpoints = lookup.faces().directions().len() as u32;
     Ok(Made {
         lists: lookup.lists().clone(),
-        file: NewFile {
-            path: FACES_FILE.into(),
-            bytes: face_lists(&lookup, parts).to_json().into_bytes(),
-        },
+        file: list_file(
+            FACES_FILE,
+            face_lists(&lookup, parts).to_json(),
+            "ask for fewer viewpoints with --samples",
+        )?,
         grouped,
         viewpoints,
         samples: match choice {
@@ -208,6 +209,7 @@ fn adaptive(
         sets,
         clean_views,
         rounds,
+        ..
     } = adapted;
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
     console.say(format_args!(

@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use super::sampler::Sampler;
-use super::{BitfieldsOptions, Made, listed_ranges, misses};
+use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
 use crate::console::Console;
 use crate::inside::Inside;
 use crate::orbit::FINER;
@@ -10,9 +10,7 @@ use anyhow::Result;
 use farfield_bitfields::{
     Bitfield, CellSet, CellSettings, FaceRanges, PatchSettings, cell_patches_in_parts, cell_set,
 };
-use farfield_bundle::{
-    CELLS_FILE, CELLS_FORMAT, CELLS_VERSION, CellLists, CellRecord, NewFile, Samples,
-};
+use farfield_bundle::{CELLS_FILE, CELLS_FORMAT, CELLS_VERSION, CellLists, CellRecord, Samples};
 use farfield_sampling::Textures;
 use farfield_scene::Scene;
 use farfield_views::ViewCell;
@@ -71,6 +69,7 @@ pub(super) fn made(
     });
     let sets: Vec<Bitfield> = sets.iter().map(|set| grouped.holding(set)).collect();
     let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
+<<<<<<< HEAD
     if clean < options.held_back() {
         super::warn_of_misses(clean, options.held_back(), console);
     }
@@ -85,6 +84,24 @@ pub(super) fn made(
         path: CELLS_FILE.into(),
         bytes: cell_lists(&lists, parts).to_json().into_bytes(),
     };
+=======
+    let held_back = options.held_back();
+    let missed = (clean < held_back).then(|| {
+        super::warn_of_misses(clean, held_back, console);
+        // Not those that were looked at before.
+        let missed = |view| {
+            let camera = inside.view(view, !options.seed);
+            let ranges = lists.of(inside.list(camera.pose.eye));
+            sampler.missed(&grouped, ranges, &camera)
+        };
+        console.stage("look", || misses(MEASURED, missed))
+    });
+    let file = list_file(
+        CELLS_FILE,
+        cell_lists(&lists, parts).to_json(),
+        "cut the view cell into fewer with --cells",
+    )?;
+>>>>>>> bits
     Ok(Made {
         grouped,
         lists,

@@ -21,8 +21,9 @@ use anyhow::{Context, Result, bail};
 pub(crate) use around::sets;
 use farfield_bitfields::{FaceRanges, PatchSettings, culled_share};
 use farfield_bundle::{
-    BitfieldsBody, Body, Cost, FORMAT, GLTF_FILE, Impostor, Manifest, NewFile, Options, Promise,
-    Samples, Statistics, Technique, VERSION, ViewSpace, encode_png, glb_from_scene,
+    BitfieldsBody, Body, Cost, FORMAT, GLTF_FILE, Impostor, LISTS_MOST_BYTES, Manifest, NewFile,
+    Options, Promise, Samples, Statistics, Technique, VERSION, ViewSpace, encode_png,
+    glb_from_scene,
 };
 use farfield_scene::Scene;
 use glam::{DVec3, Vec3};
@@ -224,6 +225,24 @@ fn listed_ranges(ranges: &[Range<u32>]) -> Vec<[u32; 2]> {
         .iter()
         .map(|range| [range.start, range.end])
         .collect()
+}
+
+/// A file of lists.
+///
+/// * `remedy` - for one that is too large
+///
+/// # Errors
+///
+/// When it is, so that nobody would read it.
+fn list_file(name: &str, text: String, remedy: &str) -> Result<NewFile> {
+    let bytes = text.len() as u64;
+    if bytes > LISTS_MOST_BYTES {
+        bail!("{name} would have {bytes} bytes, more than {LISTS_MOST_BYTES}: {remedy}");
+    }
+    Ok(NewFile {
+        path: name.into(),
+        bytes: text.into_bytes(),
+    })
 }
 
 /// Those for whom it is made.
@@ -509,5 +528,14 @@ mod tests {
         let many: Vec<u64> = (0..200).collect();
         assert_eq!(promised(&many), (197, 0.95));
         assert_eq!([0.95, 0.999, 1.0].map(percent), ["95 %", "99.9 %", "100 %"]);
+    }
+
+    /// What readers refuse is not written, and the message says what to do.
+    #[test]
+    fn lists_that_nobody_reads_are_refused() {
+        let most = LISTS_MOST_BYTES as usize;
+        assert!(list_file("cells.json", " ".repeat(most), "do less").is_ok());
+        let error = list_file("cells.json", " ".repeat(most + 1), "do less").unwrap_err();
+        assert!(error.to_string().ends_with("do less"), "{error}");
     }
 }

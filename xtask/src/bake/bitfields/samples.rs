@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, anyhow, bail};
 use farfield_bitfields::{Triangulation, TriangulationError, even_directions};
+use farfield_bundle::FACES_MOST_VIEWPOINTS;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
@@ -34,8 +35,8 @@ pub(crate) struct Listed {
     path: PathBuf,
 }
 
-/// More samples than anybody has time for.
-const MOST: u32 = 10_000;
+/// With more, nobody reads the bundle.
+const MOST: u32 = FACES_MOST_VIEWPOINTS;
 
 /// As many directions, spread evenly.
 ///
