@@ -69,7 +69,6 @@ pub(super) fn made(
     });
     let sets: Vec<Bitfield> = sets.iter().map(|set| grouped.holding(set)).collect();
     let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
-<<<<<<< HEAD
     if clean < options.held_back() {
         super::warn_of_misses(clean, options.held_back(), console);
     }
@@ -80,28 +79,11 @@ pub(super) fn made(
         sampler.missed(&grouped, ranges, &camera)
     };
     let missed = console.stage("look", || misses(MEASURED, missed));
-    let file = NewFile {
-        path: CELLS_FILE.into(),
-        bytes: cell_lists(&lists, parts).to_json().into_bytes(),
-    };
-=======
-    let held_back = options.held_back();
-    let missed = (clean < held_back).then(|| {
-        super::warn_of_misses(clean, held_back, console);
-        // Not those that were looked at before.
-        let missed = |view| {
-            let camera = inside.view(view, !options.seed);
-            let ranges = lists.of(inside.list(camera.pose.eye));
-            sampler.missed(&grouped, ranges, &camera)
-        };
-        console.stage("look", || misses(MEASURED, missed))
-    });
     let file = list_file(
         CELLS_FILE,
         cell_lists(&lists, parts).to_json(),
         "cut the view cell into fewer with --cells",
     )?;
->>>>>>> bits
     Ok(Made {
         grouped,
         lists,

@@ -123,9 +123,7 @@ impl Listed {
             TriangulationError::NoDirection { viewpoint, .. } => {
                 anyhow!("{path}:{}: {error}", line(viewpoint))
             }
-            TriangulationError::TooFew { .. } | TriangulationError::OneSided => {
-                anyhow!("{path}: {error}")
-            }
+            error => anyhow!("{path}: {error}"),
         })?;
         let range = distances
             .iter()
