@@ -33,7 +33,7 @@ pub use faces::{FaceRanges, Samples, culled_share, face_sets};
 pub use grid::CellGrid;
 pub use held_back::{Round, missed_pixels};
 pub use lookup::Lookup;
-pub use merged::{merge_directions, unite_merged};
+pub use merged::merge_directions;
 pub use parts::{cell_patches_in_parts, patches_in_parts};
 pub use patches::{PatchSettings, Patches, cell_patches, patches};
 pub use triangulation::{Face, Triangulation, TriangulationError};
