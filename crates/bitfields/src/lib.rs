@@ -25,7 +25,7 @@ mod grid;
 pub use adaptive::{Adapted, AdaptiveSettings, adapt};
 pub use bitfield::Bitfield;
 pub use cells::{CellSet, CellSettings, cell_set};
-pub use connectivity::with_neighbors;
+pub use connectivity::{welded, with_neighbors};
 pub use cube_map::cube_map;
 pub use directions::{even_directions, widest_gap};
 pub use distances::Distances;
