@@ -1,11 +1,10 @@
 //! Scenes whose triangles are numbered, and what is seen of them.
 
-use farfield_bitfields::{Bitfield, Distances, with_neighbors};
+use farfield_bitfields::{Bitfield, Distances, welded, with_neighbors};
 use farfield_sampling::{NONE, Textures, rasterize};
 use farfield_scene::Scene;
 use farfield_views::{Camera, Extent, Pose, low_discrepancy_point, sphere_direction};
 use glam::{DVec3, Vec3};
-use std::collections::BTreeMap;
 
 /// Pixels of the paper's id buffers, and of the pictures that they are judged by.
 pub(crate) const BUFFER: [u32; 2] = [1320, 1074];
@@ -48,24 +47,21 @@ impl Numbered {
                 first
             })
             .collect();
-        let mut vertices = BTreeMap::new();
-        let (mut welded, mut planes, mut double_sided) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut places, mut planes, mut double_sided) = (Vec::new(), Vec::new(), Vec::new());
         let materials = (0..scene.objects.len() as u32).flat_map(|object| {
             let triangles = scene.mesh_of(object).triangles.clone();
             triangles.map(|triangle| scene.triangle_materials[triangle as usize])
         });
         for (corners, material) in scene.triangles_in_world().zip(materials) {
-            welded.push(corners.map(|corner| {
-                let next = vertices.len() as u32;
-                *vertices
-                    .entry(corner.to_array().map(f64::to_bits))
-                    .or_insert(next)
-            }));
+            places.extend(corners);
             let [a, b, c] = corners;
             let normal = (b - a).cross(c - a);
             planes.push((normal, normal.dot(a)));
             double_sided.push(scene.materials[material as usize].double_sided);
         }
+        let triangles: Vec<[u32; 3]> = (0..primitives)
+            .map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner))
+            .collect();
         let [min, max] = scene.bounds().expect("the model has triangles");
         Self {
             name,
@@ -74,7 +70,7 @@ impl Numbered {
             primitives,
             center: (min + max) / 2.0,
             radius: min.distance(max) / 2.0,
-            welded,
+            welded: welded(&places, &triangles),
             planes,
             double_sided,
         }

@@ -1,6 +1,8 @@
 //! Primitives that an id buffer is too coarse to show.
 
 use crate::Bitfield;
+use glam::DVec3;
+use std::collections::BTreeMap;
 
 /// A set, and those primitives that share a vertex with one of the set and face the viewpoint.
 ///
@@ -11,7 +13,7 @@ use crate::Bitfield;
 /// Section 3.1.1 of Meruvia Pastor and Strothotte.
 ///
 /// * `triangles` - three vertices of each primitive. Vertices that lie in the same place must be
-///   the same one: many files double them where normals or texture coordinates differ
+///   the same one, as [`welded`] makes them
 /// * `facing` - whether a primitive faces the viewpoint; for those seen from both sides, true
 ///
 /// # Panics
@@ -45,6 +47,32 @@ pub fn with_neighbors(
     grown
 }
 
+/// Triangles with the same vertex wherever theirs are in the same place: many files double vertices
+/// where normals or texture coordinates differ.
+///
+/// Vertices are numbered anew, in the order in which triangles first have them. The same place is that of
+/// the same coordinates, of which -0.0 and 0.0 are one.
+///
+/// * `positions` - of vertices, in metres
+/// * `triangles` - three vertices each
+///
+/// # Panics
+///
+/// When a triangle names a vertex that there is not.
+pub fn welded(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut vertices: BTreeMap<[u64; 3], u32> = BTreeMap::new();
+    let mut weld = |vertex: u32| {
+        // -0.0 + 0.0 is 0.0.
+        let place = positions[vertex as usize] + 0.0;
+        let next = vertices.len() as u32;
+        let place = place.to_array().map(f64::to_bits);
+        *vertices.entry(place).or_insert(next)
+    };
+    (triangles.iter())
+        .map(|triangle| triangle.map(&mut weld))
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +80,32 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// Vertices are the same just where their places are, and numbered without gaps.
+        #[test]
+        fn welded_vertices_are_places(
+            positions in vec(prop::array::uniform3(prop::sample::select(vec![-0.0, 0.0, 1.0, 2.0])), 1..40),
+            triangles in vec(prop::array::uniform3(any::<prop::sample::Index>()), 0..30),
+        ) {
+            let positions: Vec<DVec3> = positions.into_iter().map(DVec3::from).collect();
+            let triangles: Vec<[u32; 3]> = triangles
+                .iter()
+                .map(|t| t.map(|index| index.index(positions.len()) as u32))
+                .collect();
+            let welded = welded(&positions, &triangles);
+            prop_assert_eq!(welded.len(), triangles.len());
+            let old = triangles.as_flattened();
+            let new = welded.as_flattened();
+            let mut next = 0;
+            for (i, &vertex) in new.iter().enumerate() {
+                prop_assert!(vertex <= next);
+                next = next.max(vertex + 1);
+                for j in 0..i {
+                    let same = positions[old[i] as usize] == positions[old[j] as usize];
+                    prop_assert_eq!(same, vertex == new[j]);
+                }
+            }
+        }
+
         /// What is added shares a vertex with the set and faces the viewpoint; what is not either
         /// faces away or shares none.
         #[test]

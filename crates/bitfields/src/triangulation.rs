@@ -618,8 +618,23 @@ pub(crate) mod tests {
         assert!(Triangulation::new(&octahedron, DVec3::ZERO).is_ok());
     }
 
-    /// A surface that winds around the centre twice is none though each of its faces is: two
-    /// tetrahedra with the same corners, each doubled.
+    /// A surface that winds around the centre twice is no tiling though each of its faces is as it should
+    /// be and there are as many as there should be: a double pyramid whose ring closes after two turns.
+    #[test]
+    fn faces_over_each_other_are_refused() {
+        let ring = (0..6).map(|i| {
+            let (y, x) = (f64::from(i) * 2.0 * PI / 3.0).sin_cos();
+            DVec3::new(x, y, 0.0)
+        });
+        let directions: Vec<DVec3> = ring.chain([DVec3::Z, -DVec3::Z]).collect();
+        let corners = (0..6).flat_map(|i| [[6, i, (i + 1) % 6], [7, (i + 1) % 6, i]]);
+        let corners: Vec<[u32; 3]> = corners.collect();
+        assert_eq!(
+            Triangulation::from_faces(&directions, &corners),
+            Err(TriangulationError::NoTiling)
+        );
+    }
+
     #[test]
     fn what_is_no_tiling_is_named() {
         let once = even_directions(4);
@@ -628,25 +643,27 @@ pub(crate) mod tests {
         let told = |directions: &[DVec3], corners: &[[u32; 3]]| {
             Triangulation::from_faces(directions, corners).unwrap_err()
         };
-        let twice = [once.clone(), once.clone()].concat();
-        let others = corners.iter().map(|face| face.map(|corner| corner + 4));
-        let both: Vec<[u32; 3]> = corners.iter().copied().chain(others).collect();
-        assert_eq!(told(&twice, &both), TriangulationError::NoTiling);
-        assert_eq!(told(&twice[..5], &corners), TriangulationError::NoTiling);
+        let more = [once.clone(), vec![DVec3::X]].concat();
+        assert_eq!(told(&more, &corners), TriangulationError::NoTiling);
+        let doubled = [corners.clone(), corners.clone()].concat();
         assert_eq!(
-            told(&twice, &[both.clone(), corners.clone()].concat()),
-            TriangulationError::NoFace { face: 8 }
+            told(&once, &doubled),
+            TriangulationError::NoFace { face: 4 }
+        );
+        assert_eq!(
+            told(&once, &corners[..3]),
+            TriangulationError::NoFace { face: 0 }
         );
         assert_eq!(
             told(&once[..3], &corners),
             TriangulationError::TooFew { count: 3 }
         );
-        for (wrong, length) in [(2.0, "2"), (0.0, "0"), (f64::NAN, "NaN")] {
+        for wrong in [2.0, 0.0, f64::NAN, f64::INFINITY] {
             let mut directions = once.clone();
             directions[1] *= wrong;
             let message = told(&directions, &corners).to_string();
             assert!(
-                message.starts_with(&format!("direction 1 has the length {length}")),
+                message.starts_with("direction 1 has the length"),
                 "{message}"
             );
         }

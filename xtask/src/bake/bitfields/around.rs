@@ -3,13 +3,13 @@
 use super::grouped::Grouped;
 use super::sampler::Sampler;
 use super::samples::{self, SampleChoice};
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, welded};
+use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
 use crate::console::Console;
 use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
 use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Samples, Triangulation, adapt,
-    face_sets, patches_in_parts, with_neighbors,
+    face_sets, patches_in_parts, welded, with_neighbors,
 };
 use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
 use farfield_sampling::Textures;
@@ -49,7 +49,8 @@ pub(super) fn made(
     let textures = console.stage("prepare textures", || Textures::new(scene));
     let sampler = Sampler::new(scene, &textures);
 
-    let welded = welded(scene);
+    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
+    let welded = welded(&positions, &scene.triangles);
     let distances = orbit.sampled();
     let offsets = distances.viewpoints(&viewpoints);
     let seen = console.stage("sample", || match choice {

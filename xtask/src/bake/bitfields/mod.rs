@@ -298,27 +298,6 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{} %", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Three vertices of each triangle, the same one where they are in the same place: files double them where
-/// normals or texture coordinates differ.
-fn welded(scene: &Scene) -> Vec<[u32; 3]> {
-    let bits = |vertex: &u32| {
-        scene.positions[*vertex as usize]
-            .to_array()
-            .map(f32::to_bits)
-    };
-    let mut sorted: Vec<u32> = (0..scene.positions.len() as u32).collect();
-    sorted.sort_unstable_by_key(bits);
-    let mut first = vec![0; sorted.len()];
-    for same in sorted.chunk_by(|a, b| bits(a) == bits(b)) {
-        same.iter()
-            .for_each(|vertex| first[*vertex as usize] = same[0]);
-    }
-    let triangles = scene.triangles.iter();
-    triangles
-        .map(|t| t.map(|vertex| first[vertex as usize]))
-        .collect()
-}
-
 fn centers(scene: &Scene) -> Vec<Vec3> {
     let center = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|v| scene.positions[v as usize]);

@@ -1,7 +1,7 @@
 //! From where ID-bitfields are sampled.
 
 use anyhow::{Context, Result, anyhow, bail};
-use farfield_bitfields::{Triangulation, TriangulationError, even_directions};
+use farfield_bitfields::{Triangulation, TriangulationError, even_directions, merge_directions};
 use farfield_bundle::FACES_MOST_VIEWPOINTS;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,8 @@ pub enum SampleChoice {
     Adaptive,
     /// From as many directions, spread evenly.
     Even(u32),
-    /// From the directions of the viewpoints in this file: a line each, `x y z` in metres.
+    /// From the directions of the viewpoints in this file: a line each, `x y z` in metres. Those in one
+    /// direction, at whatever distances, are one.
     Listed(PathBuf),
 }
 
@@ -94,7 +95,8 @@ pub(crate) fn listed(path: &Path) -> Result<Listed> {
 }
 
 impl Listed {
-    /// Directions from a centre, and the least and the greatest distance from there.
+    /// Directions from a centre, each once however many viewpoints lie in it, and the least and the
+    /// greatest distance from there.
     ///
     /// # Errors
     ///
@@ -113,18 +115,15 @@ impl Listed {
                 center.z
             );
         }
-        let faces = Triangulation::new(&self.viewpoints, center).map_err(|error| match error {
-            TriangulationError::SameDirection { first, second } => anyhow!(
-                "{path}:{}: the viewpoint lies in the same direction from the scene's centre as that \
-                 of line {}: leave one out",
-                line(second),
-                line(first)
-            ),
+        let directions = merge_directions(&self.viewpoints, center);
+        let directions = directions.map_err(|error| match error {
             TriangulationError::NoDirection { viewpoint, .. } => {
                 anyhow!("{path}:{}: {error}", line(viewpoint))
             }
             error => anyhow!("{path}: {error}"),
         })?;
+        let faces =
+            Triangulation::new(&directions, DVec3::ZERO).with_context(|| path.to_string())?;
         let range = distances
             .iter()
             .fold([f64::INFINITY, 0.0], |[min, max], d| {
@@ -154,6 +153,22 @@ mod tests {
         assert!((near - 12f64.sqrt()).abs() < 1e-12 && near == far);
     }
 
+    /// Viewpoints at several distances in one direction are one, and none of the distances is lost.
+    #[test]
+    fn viewpoints_in_one_direction_are_merged() {
+        let listed = read(&format!("{AROUND}4 4 4\n1 1 1\n2 2 2\n")).unwrap();
+        let (directions, [near, far]) = listed.directions(DVec3::ZERO, 1.0).unwrap();
+        assert_eq!(
+            directions,
+            read(AROUND)
+                .unwrap()
+                .directions(DVec3::ZERO, 1.0)
+                .unwrap()
+                .0
+        );
+        assert!((near - 3f64.sqrt()).abs() < 1e-12 && (far - 48f64.sqrt()).abs() < 1e-12);
+    }
+
     /// Whatever is wrong with a list, the message names the line.
     #[test]
     fn wrong_lines_are_named() {
@@ -167,9 +182,9 @@ mod tests {
             assert!(message.contains(at) && message.contains(what), "{message}");
         }
         let cases = [
-            (format!("{AROUND}4 4 4\n"), ":7: ", "as that of line 2"),
             (format!("{AROUND}0.1 0 0\n"), ":7: ", "inside of the scene"),
             ("2 2 2\n3 3 0\n-2 2 2\n".into(), ": ", "at least 4"),
+            ("2 2 2\n3 3 0\n-2 2 2\n4 4 4\n".into(), ": ", "at least 4"),
             (
                 "2 1 0\n2 -1 0\n-2 1 0\n-2 -1 0\n".into(),
                 ": ",
