@@ -1,6 +1,6 @@
 //! Bakes whose layers are recorded with the help of a GPU.
 
-use crate::setup::gpu;
+use crate::adapter::gpu;
 use std::collections::BTreeMap;
 use std::path::Path;
 use xtask::{

@@ -1,7 +1,8 @@
 //! Pictures that are drawn again and again, and two of them seen as one.
 
+use crate::adapter::gpu;
 use crate::display::light;
-use crate::setup::{cameras, gpu};
+use crate::setup::cameras;
 use farfield_gpu::{Canvas, Compared, Comparison, Display, Gpu, GpuError, GpuScene};
 use farfield_grid::Grid;
 use farfield_views::Camera;

@@ -1,6 +1,7 @@
 //! Pictures.
 
-use crate::setup::{cameras, gpu, house_bundle, model};
+use crate::adapter::gpu;
+use crate::setup::{cameras, house_bundle, model};
 use farfield_gpu::{Display, Gpu, GpuScene, IdBuffers, Lighting};
 use farfield_grid::Grid;
 use farfield_sampling::{Textures, Visibility, rasterize, shade, srgb_from_linear};

@@ -1,6 +1,7 @@
 //! What goes wrong is told, and nothing panics.
 
-use crate::setup::{cameras, gpu};
+use crate::adapter::gpu;
+use crate::setup::cameras;
 use farfield_gpu::{
     Canvas, Compared, Comparison, Display, GpuError, GpuScene, IdBuffers, LayerSearch, wgpu,
 };

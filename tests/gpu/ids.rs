@@ -1,6 +1,7 @@
 //! Ids and depths.
 
-use crate::setup::{cameras, gpu, house_bundle, moved};
+use crate::adapter::gpu;
+use crate::setup::{cameras, house_bundle, moved};
 use farfield_gpu::{Gpu, GpuScene, IdBuffers, NONE, Seen};
 use farfield_sampling::{Textures, Visibility, rasterize};
 use farfield_scene::Scene;

@@ -1,8 +1,10 @@
 //! Layers recorded with the GPU's help.
 
-use crate::setup::{gpu, model, moved};
+use crate::adapter::gpu;
+use crate::setup::{model, moved};
+use crate::touches;
 use farfield_gpu::{Gpu, GpuError, LayerSearch, Touches};
-use farfield_sampling::{Foliage, Recording, Sample, Textures, Touch, record, record_touches};
+use farfield_sampling::{Foliage, Recording, Sample, Textures, record, record_touches};
 use farfield_scene::{AlphaMode, Filter, Image, Material, Mesh, Object, Scene, Texture, Wrap};
 use farfield_views::{Camera, Extent, Pose, ViewCell};
 use glam::{DAffine3, DVec2, DVec3, DVec4, Vec2, Vec3, Vec4};
@@ -58,14 +60,7 @@ fn recorded(scene: &Scene, layers: &Layers, foliage: Foliage, found: &Touches) -
         borders,
         corners,
     } = layers;
-    let touches = found.list.iter().map(|touch| Touch {
-        object: touch.object,
-        triangle: touch.triangle,
-        layer: touch.layer,
-        y: touch.y,
-        x: touch.x,
-    });
-    let touches: Vec<Touch> = touches.collect();
+    let touches = touches::of_search(found);
     [
         record(scene, &textures, camera, borders, corners, foliage),
         record_touches(

@@ -1,5 +1,6 @@
 //! The GPU backend against the CPU's pictures, which are the reference.
 
+mod adapter;
 mod bakes;
 mod comparison;
 mod display;
@@ -7,3 +8,4 @@ mod errors;
 mod ids;
 mod layers;
 mod setup;
+mod touches;

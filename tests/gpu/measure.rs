@@ -5,8 +5,10 @@
 //! those of the Stanford dragon, where the environment variable `FARFIELD_MODELS` names a folder that has
 //! `stanford_dragon.glb`.
 
+mod touches;
+
 use farfield_gpu::{Display, Gpu, GpuError, GpuScene, IdBuffers, LayerSearch, Lighting};
-use farfield_sampling::{Foliage, Textures, Touch, rasterize, record, record_touches};
+use farfield_sampling::{Foliage, Textures, rasterize, record, record_touches};
 use farfield_scene::Scene;
 use farfield_views::{Camera, ViewCell};
 use glam::DVec3;
@@ -114,14 +116,7 @@ fn measure_layers(gpu: &Gpu, scene: &Scene, mut say: impl FnMut(String)) -> Resu
     let start = Instant::now();
     let found = search.find(gpu, scene, &camera, &borders, &corners)?;
     let searched = start.elapsed().as_secs_f64() * 1e3;
-    let touches = found.list.iter().map(|touch| Touch {
-        object: touch.object,
-        triangle: touch.triangle,
-        layer: touch.layer,
-        y: touch.y,
-        x: touch.x,
-    });
-    let touches: Vec<Touch> = touches.collect();
+    let touches = touches::of_search(&found);
     let foliage = Foliage::Any;
     let start = Instant::now();
     let helped = record_touches(

@@ -1,30 +1,11 @@
-//! What the tests share: a GPU, scenes and cameras.
+//! What the tests share: scenes and cameras.
 
-use farfield_gpu::{Gpu, GpuError};
+use crate::adapter::skipped;
 use farfield_scene::Scene;
 use farfield_views::{Camera, Extent, Pose};
 use glam::{DVec2, DVec3};
-use std::io::Write;
 use std::path::PathBuf;
 use xtask::{BakeOptions, BuiltIn, Console, SceneChoice};
-
-/// A GPU. Where the machine has none, the test is skipped, and says so; the environment variable
-/// `FARFIELD_REQUIRE_GPU=1` makes that a failure.
-pub(crate) fn gpu() -> Option<Gpu> {
-    match Gpu::new() {
-        Ok(gpu) => Some(gpu),
-        Err(GpuError::NoAdapter { reason }) => {
-            let required = std::env::var_os("FARFIELD_REQUIRE_GPU").is_some_and(|v| v == "1");
-            assert!(
-                !required,
-                "FARFIELD_REQUIRE_GPU=1, and there is no GPU: {reason}"
-            );
-            skipped(&format!("there is no GPU: {reason}"));
-            None
-        }
-        Err(error) => panic!("{error}"),
-    }
-}
 
 /// A real model, where the environment variable `FARFIELD_MODELS` names a folder that has it.
 pub(crate) fn model(name: &str) -> Option<Scene> {
@@ -38,12 +19,6 @@ pub(crate) fn model(name: &str) -> Option<Scene> {
             .expect("the model can be read")
             .scene,
     )
-}
-
-/// Says on the test's output that something was not tested.
-fn skipped(why: &str) {
-    // Not through `eprintln!`: what passing tests print with it is not shown.
-    let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
 }
 
 /// What a bundle of the built-in house displays.

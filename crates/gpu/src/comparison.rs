@@ -1,5 +1,6 @@
 //! Two pictures of the same size, seen as one.
 
+use crate::binding;
 use crate::canvas::Canvas;
 use crate::pictures::check_side;
 use crate::readback::{Readback, bytes_of};
@@ -202,57 +203,14 @@ fn constants(seen: Compared, background: [f32; 3]) -> Shown {
 }
 
 fn layout(device: &wgpu::Device) -> BindGroupLayout {
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: false },
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let uniform = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let entries = (0..).zip([uniform, texture, texture]);
-    let entries = entries.map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::FRAGMENT,
-        ty,
-        count: None,
-    });
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: None,
-        entries: &entries.collect::<Vec<_>>(),
-    })
+    let canvas = binding::texture(false);
+    let bindings = [binding::UNIFORM, canvas, canvas];
+    let bindings = bindings.map(|ty| (wgpu::ShaderStages::FRAGMENT, ty));
+    binding::layout(device, bindings)
 }
 
 fn pipeline(device: &wgpu::Device, layout: &BindGroupLayout) -> RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(shaders::comparison().into()),
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        bind_group_layouts: &[Some(layout)],
-        ..Default::default()
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("fragment"),
-            compilation_options: Default::default(),
-            targets: &[Some(Comparison::FORMAT.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let (source, target) = (shaders::comparison(), Comparison::FORMAT.into());
+    let triangles = wgpu::PrimitiveTopology::TriangleList;
+    binding::pipeline(device, layout, source, "fragment", triangles, target)
 }

@@ -1,5 +1,6 @@
 //! What triangles touch of the layers of a layered impostor.
 
+use crate::binding;
 use crate::pictures::{check_size, target};
 use crate::placed::{Drawn, Space};
 use crate::readback::Readback;
@@ -447,71 +448,24 @@ impl Uploaded {
 }
 
 fn layout(device: &wgpu::Device) -> BindGroupLayout {
-    let storage = |read_only| wgpu::BufferBindingType::Storage { read_only };
-    let vertex = (ShaderStages::VERTEX, storage(true));
-    let read = (ShaderStages::FRAGMENT, storage(true));
-    let written = (ShaderStages::FRAGMENT, storage(false));
-    let uniform = (
-        ShaderStages::VERTEX_FRAGMENT,
-        wgpu::BufferBindingType::Uniform,
-    );
+    let vertex = (ShaderStages::VERTEX, binding::storage(true));
+    let read = (ShaderStages::FRAGMENT, binding::storage(true));
+    let written = (ShaderStages::FRAGMENT, binding::storage(false));
+    let uniform = (ShaderStages::VERTEX_FRAGMENT, binding::UNIFORM);
     let bindings = [
         uniform, vertex, vertex, vertex, vertex, read, written, written, written,
     ];
-    let entries = (0..).zip(bindings);
-    let entries = entries.map(|(binding, (visibility, ty))| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility,
-        ty: wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
-        count: None,
-    });
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: None,
-        entries: &entries.collect::<Vec<_>>(),
-    })
+    binding::layout(device, bindings)
 }
 
 fn pipeline(device: &wgpu::Device, layout: &BindGroupLayout, entry: &str) -> RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(shaders::layers().into()),
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        bind_group_layouts: &[Some(layout)],
-        ..Default::default()
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: None,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("vertex"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            ..Default::default()
-        },
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            targets: &[Some(wgpu::ColorTargetState {
-                format: TARGET,
-                blend: None,
-                write_mask: wgpu::ColorWrites::empty(),
-            })],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+    let target = wgpu::ColorTargetState {
+        format: TARGET,
+        blend: None,
+        write_mask: wgpu::ColorWrites::empty(),
+    };
+    let strips = wgpu::PrimitiveTopology::TriangleStrip;
+    binding::pipeline(device, layout, shaders::layers(), entry, strips, target)
 }
 
 fn draw(

@@ -2,6 +2,7 @@
 
 mod device;
 
+mod binding;
 mod camera;
 mod geometry;
 mod levels;

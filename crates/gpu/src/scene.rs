@@ -1,5 +1,6 @@
 //! A scene on the GPU.
 
+use crate::binding;
 use crate::camera::{Lighting, Placement, View, near, placement};
 use crate::geometry::{Draws, Geometry, geometry, restricted};
 use crate::levels::{Encoding, coarser_levels};
@@ -75,35 +76,14 @@ pub(crate) struct Layouts {
 
 impl Layouts {
     pub(crate) fn new(device: &wgpu::Device) -> Self {
-        let storage = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let uniform = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let texture = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: true },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
+        let (uniform, storage) = (binding::UNIFORM, binding::storage(true));
+        let texture = binding::texture(true);
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
         let layout = |bindings: &[wgpu::BindingType]| {
-            let entries = (0..)
-                .zip(bindings)
-                .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                    binding,
-                    visibility: ShaderStages::VERTEX_FRAGMENT,
-                    ty: *ty,
-                    count: None,
-                });
-            device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: None,
-                entries: &entries.collect::<Vec<_>>(),
-            })
+            let seen = bindings
+                .iter()
+                .map(|ty| (ShaderStages::VERTEX_FRAGMENT, *ty));
+            binding::layout(device, seen)
         };
         Self {
             scene: layout(&[storage; 5]),

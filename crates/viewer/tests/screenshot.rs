@@ -1,8 +1,10 @@
 //! What the viewer shows, by its pictures without a window, against what `verify` sees.
 
-use farfield_gpu::{Gpu, GpuError};
+#[path = "../../../tests/gpu/adapter.rs"]
+mod adapter;
+
+use adapter::gpu;
 use image::RgbaImage;
-use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -10,25 +12,6 @@ use xtask::{
     Arrangement, BakeOptions, BitfieldsOptions, BuiltIn, Console, Making, SampleChoice,
     SceneChoice, SeenFrom, VerifyOptions, bake, bake_bitfields, verify,
 };
-
-/// A GPU. Where the machine has none, the test is skipped, and says so; the environment variable
-/// `FARFIELD_REQUIRE_GPU=1` makes that a failure.
-fn gpu() -> Option<Gpu> {
-    match Gpu::new() {
-        Ok(gpu) => Some(gpu),
-        Err(GpuError::NoAdapter { reason }) => {
-            let required = std::env::var_os("FARFIELD_REQUIRE_GPU").is_some_and(|v| v == "1");
-            assert!(
-                !required,
-                "FARFIELD_REQUIRE_GPU=1, and there is no GPU: {reason}"
-            );
-            // Not through `eprintln!`: what passing tests print with it is not shown.
-            let _ = writeln!(std::io::stderr(), "SKIPPED: there is no GPU: {reason}");
-            None
-        }
-        Err(error) => panic!("{error}"),
-    }
-}
 
 /// Pixels along each side of what is promised.
 const RESOLUTION: u32 = 128;
