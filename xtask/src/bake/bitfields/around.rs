@@ -90,7 +90,7 @@ pub(super) fn made(
             (faces, sets)
         }
     };
-    // As whoever reads the bundle computes them from what stands there.
+    // Of the directions as they will stand in the file.
     let faces = Triangulation::new(faces.directions(), DVec3::ZERO)?;
     let united = face_sets(&faces, &sets, Samples::Six);
     let lists = (grouped.patches).ranges_in_parts(&united, &parts, settings.most_ranges);
