@@ -96,9 +96,9 @@ impl VoxelIndex {
     /// centres, row by row.
     pub fn near(&self, point: Vec3, reach: Vec3) -> impl Iterator<Item = (u32, Vec3)> {
         let range = |at: f32, reach: f32, count: usize| {
-            // Centres are at halves; casts of what is below 0 give 0.
+            // Centres are at halves; casts round towards 0, and give 0 for what is below.
             let first = (at - reach - 0.5).ceil() as usize;
-            let end = ((at + reach + 0.5).floor() as usize).min(count);
+            let end = ((at + reach + 0.5) as usize).min(count);
             first..end
         };
         let columns = range(point.x, reach.x, self.width);

@@ -73,30 +73,37 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
 /// As many as are mostly around a vertex: that needs no memory of its own.
 type Few<T> = SmallVec<[T; 8]>;
 
-/// The voxels of a triangle, few of most.
-type Voxels = SmallVec<[u32; 4]>;
+/// What a triangle stands for, few of most.
+type Standing = SmallVec<[u32; 4]>;
 
 struct Work {
     index: VoxelIndex,
-    /// What must be touched: voxels, enlarged, and places of vertices.
+    /// Voxels, enlarged.
     boxes: Vec<Cuboid>,
     /// How far from its centre the thickest of them reaches.
     reach: Vec3,
-    /// Where vertices were at first from which the mesh must not shrink.
-    places: Vec<Vec3>,
+    /// How far along each axis the mesh may pass a vertex that is held.
+    shrunk: f32,
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
-    voxels: Vec<Voxels>,
+    /// Of each triangle what it stands for: voxels, and, numbered after them, the places of vertices
+    /// that are held.
+    stands_for: Vec<Standing>,
     held: Vec<bool>,
     /// Of each vertex its triangles; none where it is gone.
     around: Vec<Few<u32>>,
     /// How often the triangles around each vertex have changed.
     changes: Vec<u32>,
-    /// By length, then by ends, so that results do not depend on anything else. Squared; positive
-    /// floats are ordered like their bits.
-    edges: BinaryHeap<Reverse<(u32, [u32; 2])>>,
+    /// Edges that are still to be tried in this round, the shortest last.
+    round: Vec<ByLength>,
+    /// Edges that contractions made in this round.
+    new: BinaryHeap<Reverse<ByLength>>,
 }
+
+/// An edge, ordered by length, then by ends, so that results do not depend on anything else. Lengths
+/// are squared; positive floats are ordered like their bits.
+type ByLength = (u32, [u32; 2]);
 
 /// How triangles surround a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,26 +123,28 @@ impl Work {
         for (i, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| around[*v as usize].push(i));
         }
+        let standing = mesh
+            .voxels
+            .iter()
+            .map(|voxels| Standing::from_slice(voxels));
+        let mut stands_for: Vec<Standing> = standing.collect();
         let count: usize = voxels.layers.iter().map(Vec::len).sum();
-        let standing = mesh.voxels.iter().map(|voxels| Voxels::from_slice(voxels));
-        let (mut places, mut standing) = (Vec::new(), standing.collect::<Vec<_>>());
-        for (vertex, _) in (0..).zip(&mesh.held).filter(|(_, held)| **held) {
-            let triangle: u32 = around[vertex as usize][0];
-            standing[triangle as usize].push((count + places.len()) as u32);
-            places.push(mesh.positions[vertex as usize]);
+        for (vertex, _) in mesh.held.iter().enumerate().filter(|(_, held)| **held) {
+            stands_for[around[vertex][0] as usize].push((count + vertex) as u32);
         }
         Self {
             index: VoxelIndex::new(voxels),
             boxes: Vec::new(),
             reach: Vec3::ZERO,
-            places,
+            shrunk: 0.0,
             held: mesh.held.clone(),
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
-            voxels: standing,
+            stands_for,
             changes: vec![0; around.len()],
             around,
-            edges: BinaryHeap::new(),
+            round: Vec::new(),
+            new: BinaryHeap::new(),
         }
     }
 
@@ -144,11 +153,19 @@ impl Work {
         self.boxes = voxels.boxes(enlarged);
         let halves = self.boxes.iter().map(|place| place.half);
         self.reach = halves.fold(Vec3::ZERO, Vec3::max);
-        let places = self.places.iter().map(|center| Cuboid {
-            center: *center,
-            half: Vec3::splat(shrunk),
-        });
-        self.boxes.extend(places);
+        self.shrunk = shrunk;
+    }
+
+    /// What must be touched of what a triangle stands for.
+    fn place(&self, standing: u32) -> Cuboid {
+        let standing = standing as usize;
+        match self.boxes.get(standing) {
+            Some(voxel) => *voxel,
+            None => Cuboid {
+                center: self.positions[standing - self.boxes.len()],
+                half: Vec3::splat(self.shrunk),
+            },
+        }
     }
 
     /// Contracts edges until all are refused; returns how many contractions were made and refused.
@@ -162,9 +179,10 @@ impl Work {
         edges.dedup();
         let (mut contracted, mut refused) = (0, 0);
         while !edges.is_empty() {
-            edges.drain(..).for_each(|edge| self.queue(edge));
+            self.round = edges.drain(..).map(|edge| self.by_length(edge)).collect();
+            self.round.sort_unstable_by_key(|edge| Reverse(*edge));
             let mut stuck = Vec::new();
-            while let Some(Reverse((_, [a, b]))) = self.edges.pop() {
+            while let Some([a, b]) = self.shortest() {
                 if !self.is_edge(a, b) {
                     continue;
                 }
@@ -183,10 +201,19 @@ impl Work {
         [contracted, refused]
     }
 
-    fn queue(&mut self, [a, b]: [u32; 2]) {
+    fn by_length(&self, [a, b]: [u32; 2]) -> ByLength {
         let [p, q] = [a, b].map(|v| self.positions[v as usize]);
-        let length = p.distance_squared(q).to_bits();
-        self.edges.push(Reverse((length, ascending([a, b]))));
+        (p.distance_squared(q).to_bits(), ascending([a, b]))
+    }
+
+    /// Takes the edge that is to be tried next.
+    fn shortest(&mut self) -> Option<[u32; 2]> {
+        let edge = match (self.round.last(), self.new.peek()) {
+            (Some(old), Some(Reverse(new))) if new < old => self.new.pop().map(|new| new.0),
+            (None, Some(_)) => self.new.pop().map(|new| new.0),
+            _ => self.round.pop(),
+        };
+        edge.map(|(_, ends)| ends)
     }
 
     fn is_edge(&self, a: u32, b: u32) -> bool {
@@ -249,13 +276,6 @@ impl Work {
 
     /// Moves vertex `gone` to `kept`, if nothing is lost by it.
     fn contract(&mut self, gone: u32, kept: u32) -> bool {
-        let border = match self.surroundings(gone) {
-            Surroundings::Inside => None,
-            Surroundings::Line(ends) if ends.contains(&kept) => {
-                Some(if ends[0] == kept { ends[1] } else { ends[0] })
-            }
-            Surroundings::Line(_) | Surroundings::Corner => return false,
-        };
         let around = &self.around[gone as usize];
         let (vanishing, moving): (Few<u32>, Few<u32>) = around
             .iter()
@@ -273,6 +293,9 @@ impl Work {
         }
         let to = |v: u32| if v == gone { kept } else { v };
         let moved: Few<[u32; 3]> = moving.iter().map(|t| self.triangle(*t).map(to)).collect();
+        if !self.passes(gone, &moved) {
+            return false;
+        }
         let before_and_after = moving.iter().map(|t| self.triangle(*t)).zip(&moved);
         for (before, after) in before_and_after {
             let (before, after) = (self.normal(before), self.normal(*after));
@@ -290,6 +313,13 @@ impl Work {
         if moved.iter().any(is_there) {
             return false;
         }
+        let border = match self.surroundings(gone) {
+            Surroundings::Inside => None,
+            Surroundings::Line(ends) if ends.contains(&kept) => {
+                Some(if ends[0] == kept { ends[1] } else { ends[0] })
+            }
+            Surroundings::Line(_) | Surroundings::Corner => return false,
+        };
         let ring = self.neighbors(gone);
         let before = self.neighbors(kept);
         let new = |v: &&u32| before.binary_search(v).is_err();
@@ -314,11 +344,11 @@ impl Work {
                 self.around[vertex as usize].retain(|t| t != triangle);
             }
             self.triangles[*triangle as usize] = None;
-            self.voxels[*triangle as usize] = Voxels::new();
+            self.stands_for[*triangle as usize] = Standing::new();
         }
-        for ((triangle, corners), voxels) in moving.iter().zip(moved).zip(divided) {
+        for ((triangle, corners), standing) in moving.iter().zip(moved).zip(divided) {
             self.triangles[*triangle as usize] = Some(corners);
-            self.voxels[*triangle as usize] = voxels;
+            self.stands_for[*triangle as usize] = standing;
             self.around[kept as usize].push(*triangle);
         }
         self.around[gone as usize] = Few::new();
@@ -326,7 +356,7 @@ impl Work {
             self.changes[v as usize] += 1;
         }
         for v in new {
-            self.queue([kept, v]);
+            self.new.push(Reverse(self.by_length([kept, v])));
         }
         true
     }
@@ -346,33 +376,44 @@ impl Work {
         (b - a).cross(c - a)
     }
 
-    /// For the voxels of some triangles, which of others touches each; `None` where none touches one.
-    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Few<Voxels>> {
-        let voxels = || before.iter().map(|t| &self.voxels[*t as usize]);
+    /// Whether a vertex that goes leaves triangles behind that pass its place, if those around it stand
+    /// for it.
+    fn passes(&self, gone: u32, moved: &[[u32; 3]]) -> bool {
+        let standing = self.boxes.len() as u32 + gone;
+        let stands_for_it = |t: &u32| self.stands_for[*t as usize].contains(&standing);
+        let mut moved = moved.iter().map(|t| Target::new(self.corners(*t)));
+        !self.held[gone as usize]
+            || moved.any(|target| target.touches(&self.place(standing)))
+            || !self.around[gone as usize].iter().any(stands_for_it)
+    }
+
+    /// For what some triangles stand for, which of others touches each; `None` where none touches one.
+    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Few<Standing>> {
+        let standing = || before.iter().map(|t| &self.stands_for[*t as usize]);
         let targets: Few<Target> = after
             .iter()
             .map(|t| Target::new(self.corners(*t)))
             .collect();
         // The last that touched one is likely to touch the next.
         let mut last = 0;
-        let mut touching = |voxel: &u32| {
-            let place = &self.boxes[*voxel as usize];
-            let is_touching = |target: &usize| targets[*target].touches(place);
+        let mut touching = |standing: &u32| {
+            let place = self.place(*standing);
+            let is_touching = |target: &usize| targets[*target].touches(&place);
             let order = std::iter::once(last).chain((0..targets.len()).filter(|t| *t != last));
             let found = order.filter(|t| *t < targets.len()).find(is_touching);
             last = found.unwrap_or(last);
             found
         };
         // What is refused is mostly refused by many voxels: a few tell soon.
-        for voxels in voxels() {
-            let few = voxels.iter().step_by(voxels.len() / 8 + 1);
+        for all in standing() {
+            let few = all.iter().step_by(all.len() / 8 + 1);
             if few.map(&mut touching).any(|found| found.is_none()) {
                 return None;
             }
         }
-        let mut divided: Few<Voxels> = SmallVec::from_elem(Voxels::new(), after.len());
-        for voxel in voxels().flatten() {
-            divided[touching(voxel)?].push(*voxel);
+        let mut divided: Few<Standing> = SmallVec::from_elem(Standing::new(), after.len());
+        for one in standing().flatten() {
+            divided[touching(one)?].push(*one);
         }
         Some(divided)
     }
@@ -430,9 +471,9 @@ impl Work {
 
     fn result(self) -> Mesh {
         let mut result = Mesh::default();
-        let count = (self.boxes.len() - self.places.len()) as u32;
+        let count = self.boxes.len() as u32;
         let mut moved = vec![None; self.positions.len()];
-        for (triangle, voxels) in self.triangles.into_iter().zip(self.voxels) {
+        for (triangle, standing) in self.triangles.into_iter().zip(self.stands_for) {
             let Some(triangle) = triangle else { continue };
             result.triangles.push(triangle.map(|vertex| {
                 *moved[vertex as usize].get_or_insert_with(|| {
@@ -444,7 +485,7 @@ impl Work {
             let is_voxel = |id: &u32| *id < count;
             result
                 .voxels
-                .push(voxels.into_iter().filter(is_voxel).collect());
+                .push(standing.into_iter().filter(is_voxel).collect());
         }
         result
     }
