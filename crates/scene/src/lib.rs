@@ -6,6 +6,7 @@ mod flatten;
 mod join;
 mod material;
 mod scene;
+mod selection;
 #[cfg(test)]
 mod testing;
 

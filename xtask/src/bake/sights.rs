@@ -62,6 +62,7 @@ impl Sights<'_> {
         let others = others.map(|first| first..(first + AT_A_TIME).min(OTHERS.end));
         let mut open = BTreeSet::new();
         let shrunk = shrunk(mesh, MARGIN);
+        let seen = self.seen(FIRST);
         for viewpoints in std::iter::once(FIRST).chain(others) {
             let mut viewpoints: Vec<u64> = viewpoints.collect();
             for reach in REACHES {
@@ -69,7 +70,7 @@ impl Sights<'_> {
                     break;
                 }
                 let closed = with_rectangles(&shrunk, voxels, &open);
-                let gaps = self.gaps(&viewpoints, &closed);
+                let gaps = self.gaps(&seen, &viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
                 viewpoints = gaps.into_iter().map(|(viewpoint, _)| viewpoint).collect();
@@ -79,24 +80,53 @@ impl Sights<'_> {
         open
     }
 
+    /// What of the scene some viewpoints see. What they miss is little, and costs as much as the rest.
+    fn seen(&self, viewpoints: Range<u64>) -> Scene {
+        let of_view = |index| {
+            let seen = rasterize(self.scene, self.textures, &self.view(index));
+            let drawn = seen.objects.cells().iter().zip(seen.triangles.cells());
+            let drawn = drawn.filter(|(object, _)| **object != farfield_sampling::NONE);
+            drawn
+                .map(|(object, triangle)| [*object, *triangle])
+                .collect()
+        };
+        let views = viewpoints.into_par_iter().map(of_view);
+        let all: BTreeSet<[u32; 2]> = views.reduce(BTreeSet::new, |mut all, of_view| {
+            all.extend(of_view);
+            all
+        });
+        self.scene.drawing_only(&all)
+    }
+
+    /// The camera at a viewpoint.
+    fn view(&self, viewpoint: u64) -> Camera {
+        let Settings { cell, camera, .. } = self.settings;
+        let eye = eye(cell, viewpoint);
+        Camera::looking_at(eye, self.center(), camera.fov, camera.resolution)
+    }
+
+    /// What is looked at.
+    fn center(&self) -> DVec3 {
+        let hull = &self.settings.hull;
+        hull.iter().sum::<DVec3>() / hull.len() as f64
+    }
+
     /// Places in the warped grid where a mesh is open, and from which viewpoint.
+    ///
+    /// * `seen` - of the scene
     fn gaps(
         &self,
+        seen: &Scene,
         viewpoints: &[u64],
         (positions, triangles): &(Vec<Vec3>, Vec<[u32; 3]>),
     ) -> Vec<(u64, Vec3)> {
-        let Settings {
-            cell, hull, camera, ..
-        } = self.settings;
-        let center = hull.iter().sum::<DVec3>() / hull.len() as f64;
         let place = |p: &Vec3| self.projection.point_in_world(p.as_dvec3());
         let world: Vec<DVec3> = positions.iter().map(place).collect();
-        let mesh = bare(&world, triangles, center);
+        let mesh = bare(&world, triangles, self.center());
         let mesh_textures = Textures::new(&mesh);
         let of_view = |&index: &u64| {
-            let eye = viewpoint(cell, index);
-            let view = Camera::looking_at(eye, center, camera.fov, camera.resolution);
-            let original = rasterize(self.scene, self.textures, &view).depth;
+            let view = self.view(index);
+            let original = rasterize(seen, self.textures, &view).depth;
             let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
             let aside = aside(index);
             let shifted = view.shifted(aside);
@@ -142,10 +172,10 @@ impl Sights<'_> {
 
 /// From where is looked: first from corners, edges and faces of the cell, then from more of these and
 /// from within.
-fn viewpoint(cell: &ViewCell, index: u64) -> DVec3 {
-    match lattice_viewpoints().get(index as usize) {
+fn eye(cell: &ViewCell, viewpoint: u64) -> DVec3 {
+    match lattice_viewpoints().get(viewpoint as usize) {
         Some(fractions) => cell.point(*fractions),
-        None => cell.viewpoint_to_border(index, SEED),
+        None => cell.viewpoint_to_border(viewpoint, SEED),
     }
 }
 
