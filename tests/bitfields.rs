@@ -333,9 +333,49 @@ fn view_cells_hold() {
         assert!(cell.draw.contains(&[glass, fence]));
     }
     assert!(lists.cells[0] != lists.cells[4]);
+    // The middle one lies amid the boxes.
+    let warnings = baked.manifest().warnings;
+    let [warning] = &warnings[..] else {
+        panic!("not one warning: {warnings:?}");
+    };
+    assert!(
+        warning.starts_with("view cells that reach into solids: 1 of 5. ")
+            && warning.contains("cell 2, box:2,2,2:0.9,0.9,8, "),
+        "{warning}"
+    );
     let report = verified(&baked.dir(), 96);
     assert!(report.holds, "{:?}", report.broken);
     assert!(report.covered_pixels > 0);
+}
+
+/// A cell in the built-in house is told, one in its yard is not.
+#[test]
+fn view_cells_in_solids_are_told() {
+    let warnings = |center| {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("house");
+        baked(&BitfieldsOptions {
+            seen_from: SeenFrom::Inside {
+                center,
+                size: DVec3::new(4.0, 1.0, 4.0),
+                cells: [2, 1, 1],
+            },
+            held_back: Some(2),
+            ..options(SceneChoice::BuiltIn(BuiltIn::House), &dir)
+        });
+        farfield_bundle::read(&dir).unwrap().warnings
+    };
+    assert_eq!(warnings(DVec3::new(0.0, 1.8, 25.0)), [""; 0]);
+    let told = warnings(DVec3::new(0.0, 2.5, 0.0));
+    assert_eq!(told.len(), 1, "{told:?}");
+    for part in [
+        "solids: 2 of 2. ",
+        "cell 0, box:-1,2.5,0:2,1,4, 10 % of",
+        "--view-cell",
+        "--cells",
+    ] {
+        assert!(told[0].contains(part), "{told:?}");
+    }
 }
 
 /// A range that is lost from a cell's list is found.

@@ -119,6 +119,7 @@ pub(super) fn made(
         },
         space: orbit.space(),
         missed,
+        warning: None,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use super::sampler::Sampler;
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
+use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, solids};
 use crate::console::Console;
 use crate::inside::Inside;
 use crate::orbit::FINER;
@@ -58,6 +58,9 @@ pub(super) fn made(
         cells.len()
     ));
 
+    let warning = console.stage("tell solids", || {
+        solids::warning(&sampler, &textures, &cells, &looked)
+    });
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
     let grouped = console.stage("group", || {
@@ -92,6 +95,7 @@ pub(super) fn made(
         samples: Samples::Adaptive,
         space: inside.space(),
         missed,
+        warning,
     })
 }
 

@@ -7,6 +7,7 @@ mod grouped;
 mod inside;
 mod sampler;
 mod samples;
+mod solids;
 
 use super::{BakeReport, BitfieldsReport, ImpostorReport};
 use crate::console::{Console, peak_rss_bytes};
@@ -136,6 +137,8 @@ struct Made {
     space: ViewSpace,
     /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
     missed: Vec<u64>,
+    /// What should be known of the samples.
+    warning: Option<String>,
 }
 
 /// Bakes a scene into ID-bitfields: a bundle that draws, for each direction or from each view cell, what
@@ -183,6 +186,7 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         }
     };
 
+    loaded.warnings.extend(made.warning.clone());
     let display = made.grouped.ordered(&scene);
     let files = console.stage("encode", || encode(&display, &made.file))?;
     loaded
