@@ -117,6 +117,7 @@ pub(super) fn made(
             SampleChoice::Even(_) => farfield_bundle::Samples::Even,
             SampleChoice::Listed(_) => farfield_bundle::Samples::Listed,
         },
+        neighbors: matches!(choice, SampleChoice::Adaptive),
         space: orbit.space(),
         missed,
         warning: None,

@@ -93,6 +93,7 @@ pub(super) fn made(
         file,
         viewpoints: viewpoints as u32,
         samples: Samples::Adaptive,
+        neighbors: false,
         space: inside.space(),
         missed,
         warning,

@@ -134,6 +134,8 @@ struct Made {
     /// Viewpoints that were sampled.
     viewpoints: u32,
     samples: Samples,
+    /// Whether neighbours of what these saw were added.
+    neighbors: bool,
     space: ViewSpace,
     /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
     missed: Vec<u64>,
@@ -381,6 +383,7 @@ fn manifest(
             seed: options.seed,
             patch_triangles: PatchSettings::default().most_primitives,
             finer: FINER,
+            neighbors: Some(made.neighbors),
         },
         options: Options {
             resolution: options.resolution,
