@@ -27,6 +27,31 @@ const RANGE: f64 = 4.0;
 /// they have not, and both count.
 const AT_AN_END: f64 = 0.1;
 
+/// The least and the greatest distance of viewers, as the command line names them: `MIN:MAX`, in metres.
+///
+/// # Errors
+///
+/// When these are no such.
+pub fn distances_from_argument(text: &str) -> Result<[f64; 2], String> {
+    let numbers = text.split_once(':');
+    let distances = numbers.and_then(|(min, max)| Some([min.parse().ok()?, max.parse().ok()?]));
+    let distances: [f64; 2] = distances.ok_or("distances are MIN:MAX in metres, such as 2:10")?;
+    if !distances.iter().all(|d| *d > 0.0 && d.is_finite()) {
+        return Err("distances are positive".into());
+    }
+    require_order(distances).map_err(|why| format!("the distances {why}"))?;
+    Ok(distances)
+}
+
+fn require_order([near, far]: [f64; 2]) -> Result<(), String> {
+    match near <= far {
+        true => Ok(()),
+        false => Err(format!(
+            "are not in order: name the nearest first, as in {far}:{near}"
+        )),
+    }
+}
+
 /// Cameras of one kind around a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Orbit {
@@ -59,10 +84,8 @@ impl Orbit {
         let fitting = (radius / (fov / 2.0).sin()).max(least);
         let distances = distances.unwrap_or([fitting, RANGE * fitting]);
         let [near, far] = distances;
-        if near > far {
-            bail!(
-                "--distances {near}:{far} are not in order: name the nearest first, as in {far}:{near}"
-            );
+        if let Err(why) = require_order(distances) {
+            bail!("--distances {near}:{far} {why}");
         }
         if near < least {
             bail!(
