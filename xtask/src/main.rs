@@ -107,7 +107,7 @@ struct BakeArgs {
     #[arg(long, value_name = "MIN:MAX", value_parser = distances_from_argument)]
     distances: Option<[f64; 2]>,
     /// Of bitfields, how many views, that the samples were not taken from, judge them: without --samples
-    /// so many one after another must miss nothing. [default: 3000, and with a view cell 50 in each of
+    /// so many one after another must miss nothing. [default: 3000, and with a view cell 100 in each of
     /// its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,

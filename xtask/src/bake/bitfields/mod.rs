@@ -103,8 +103,11 @@ pub enum SeenFrom {
 /// Views from around that must miss nothing unless asked otherwise.
 pub const HELD_BACK: u32 = 3000;
 
-/// Views from each cell of a box that must miss nothing unless asked otherwise: each is six pictures.
-pub const HELD_BACK_INSIDE: u32 = 50;
+/// Views from each cell of a box that must miss nothing unless asked otherwise: each is six pictures, and as
+/// long as some miss something, four times as many are looked at. After so many clean ones 97 % of all are
+/// with 95 % confidence; of 299, for 99 %, a bake takes more than twice as long as of 50, and of 100 it does
+/// not.
+pub const HELD_BACK_INSIDE: u32 = 100;
 
 impl BitfieldsOptions {
     fn held_back(&self) -> u32 {
