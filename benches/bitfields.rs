@@ -4,8 +4,8 @@
 use crate::models;
 use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURE, PICTURES, counted};
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Samples,
-    Triangulation, adapt, culled_share, even_directions, face_sets, patches,
+    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings,
+    Triangulation, United, adapt, culled_share, even_directions, face_sets, patches,
 };
 use farfield_sampling::{NONE, Textures};
 use farfield_views::sphere_direction;
@@ -83,7 +83,7 @@ fn ranges_table(model: &Numbered) {
             pictures,
             ..
         } = sample(model, [distances; 2]);
-        let united = face_sets(&faces, &sets, Samples::Six);
+        let united = face_sets(&faces, &sets, United::Six);
         let share = culled_share(&FaceRanges::from_sets(&united), model.primitives);
         let missed = missed(&pictures, &faces, &united);
         let [half, most, worst] = [0.5, 0.95, 1.0].map(|share| percentile(&missed, share));
@@ -177,9 +177,9 @@ fn views_table(all: &[Sampled<'_>]) {
             let sets = distances.unite(&seen);
             let grown = distances.unite(&model.grown(&seen, &offsets));
             let ways = [
-                (&sets, Samples::Three),
-                (&sets, Samples::Six),
-                (&grown, Samples::Six),
+                (&sets, United::Three),
+                (&sets, United::Six),
+                (&grown, United::Six),
             ];
             let columns = ways.map(|(sets, samples)| {
                 let united = face_sets(&faces, sets, samples);
@@ -303,12 +303,12 @@ fn patches_table(all: &[Sampled<'_>]) {
          joined: bytes | ranges | culled |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let most = |lists: &FaceRanges| (0..lists.faces()).map(|f| lists.of(f).len()).max();
+    let most = |lists: &FaceRanges| (0..lists.count()).map(|f| lists.of(f).len()).max();
     for Sampled {
         model, faces, sets, ..
     } in all
     {
-        let united = face_sets(faces, sets, Samples::Six);
+        let united = face_sets(faces, sets, United::Six);
         let exact = FaceRanges::from_sets(&united);
         let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
         for most_primitives in [64, 128, 256] {
@@ -377,7 +377,7 @@ fn adaptive(model: &Numbered, clean_views: u32) {
             clean_views,
         } = adapted.expect("the first are all around");
         let seconds = start.elapsed().as_secs_f64();
-        let united = face_sets(&faces, &sets, Samples::Six);
+        let united = face_sets(&faces, &sets, United::Six);
         let lists = FaceRanges::from_sets(&united);
         let missed_pixels = |united: &[Bitfield]| {
             let missed = missed(&pictures, &faces, united);
@@ -416,7 +416,7 @@ pub(crate) fn drawn(lists: &FaceRanges, order: &[u32]) -> Vec<Bitfield> {
         let ids: Vec<u32> = places.map(|at| order[at as usize]).collect();
         Bitfield::from_ids(order.len() as u32, &ids)
     };
-    (0..lists.faces()).map(drawn).collect()
+    (0..lists.count()).map(drawn).collect()
 }
 
 /// What 55 id buffers of each model take.

@@ -5,8 +5,8 @@ use crate::bitfields::{SAMPLES, drawn, percentile};
 use crate::models;
 use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURES};
 use farfield_bitfields::{
-    Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation, even_directions,
-    face_sets, patches,
+    Bitfield, FaceRanges, Lookup, PatchSettings, Triangulation, United, even_directions, face_sets,
+    patches,
 };
 use farfield_sampling::{NONE, Textures};
 use glam::{DVec3, Vec3};
@@ -103,7 +103,7 @@ fn rows(model: &Numbered) {
         (", neighbours", model.grown(&seen, &offsets)),
     ];
     for (also, sets) in ways {
-        let united = face_sets(&faces, &distances.unite(&sets), Samples::Six);
+        let united = face_sets(&faces, &distances.unite(&sets), United::Six);
         let lists = FaceRanges::from_sets(&united);
         let settings = PatchSettings::default();
         let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);

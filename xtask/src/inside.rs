@@ -1,19 +1,15 @@
 //! Views from within a box, in any direction.
 
+use crate::orbit::MOST_PIXELS;
+use crate::viewpoints::AIM_SEED;
 use anyhow::{Result, bail};
 use farfield_bitfields::{CellGrid, cube_map};
 use farfield_bundle::ViewSpace;
 use farfield_views::{Camera, Extent, Pose, ViewCell, direction_at, random_point};
 use glam::DVec3;
 
-/// Pixels along each side of a face of a cube map: more take minutes each.
-const MOST_PIXELS: f64 = 32_768.0;
-
 /// Cells that a box is cut into: with more, their lists take more memory than the scene.
 const MOST_CELLS: u64 = 10_000;
-
-/// Tells where cameras look from where they are.
-const AIM_SEED: u64 = 0x0061_696d;
 
 /// Into how many cells a box is cut, as the command line names it: `X,Y,Z`.
 ///

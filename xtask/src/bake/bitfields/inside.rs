@@ -70,7 +70,10 @@ pub(super) fn made(
             &centers, &middles, &sets, &parts, most,
         ))
     });
-    let sets: Vec<Bitfield> = sets.iter().map(|set| grouped.holding(set)).collect();
+    let sets: Vec<Bitfield> = sets
+        .iter()
+        .map(|set| grouped.patches.holding(set))
+        .collect();
     let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
     if clean < options.held_back() {
         super::warn_of_misses(clean, options.held_back(), console);
@@ -126,7 +129,7 @@ fn seen_from(
 }
 
 fn cell_lists(lists: &FaceRanges, parts: Vec<u32>) -> CellLists {
-    let cells = (0..lists.faces()).map(|cell| CellRecord {
+    let cells = (0..lists.count()).map(|cell| CellRecord {
         draw: listed_ranges(lists.of(cell)),
     });
     CellLists {

@@ -317,13 +317,13 @@ fn centers(scene: &Scene) -> Vec<Vec3> {
 
 fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
     let lists = &made.lists;
-    let most = (0..lists.faces()).map(|list| lists.of(list).len()).max();
+    let most = (0..lists.count()).map(|list| lists.of(list).len()).max();
     let always = drawn::blended(scene);
     BitfieldsBody {
         triangles: scene.triangles.len() as u64,
         always_drawn: always.iter().map(|range| range.len() as u64).sum(),
         viewpoints: made.viewpoints,
-        lists: lists.faces(),
+        lists: lists.count(),
         ranges: lists.ranges.len() as u64,
         most_ranges: most.unwrap_or(0) as u32,
         culled: culled_share(lists, scene.triangles.len() as u32),
@@ -350,8 +350,8 @@ fn encode(display: &Scene, lists: &NewFile) -> Result<Vec<NewFile>> {
 
 /// What drawing one list takes on average.
 pub(crate) fn cost_of_a_list(display: &Scene, lists: &FaceRanges) -> Cost {
-    let faces = u64::from(lists.faces()).max(1);
-    let drawn: u64 = (0..lists.faces())
+    let faces = u64::from(lists.count()).max(1);
+    let drawn: u64 = (0..lists.count())
         .map(|face| u64::from(lists.primitives_of(face)))
         .sum();
     Cost {
