@@ -1,15 +1,17 @@
 //! ID-bitfields: the experiment of Meruvia Pastor and Strothotte, how sets are best stored, and what
 //! patches and lookups cost.
 
+use crate::meshlets::Meshlets;
 use crate::models;
 use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURE, PICTURES, counted};
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Samples,
-    Triangulation, adapt, culled_share, even_directions, face_sets, patches,
+    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Patches,
+    Triangulation, United, adapt, culled_share, even_directions, face_sets, patches,
 };
 use farfield_sampling::{NONE, Textures};
 use farfield_views::sphere_direction;
 use glam::DVec3;
+use meshopt::VertexDataAdapter;
 use roaring::RoaringBitmap;
 use std::hint::black_box;
 use std::ops::Range;
@@ -41,15 +43,48 @@ pub(crate) fn tables() {
     let models: Vec<Numbered> = read
         .map(|model| Numbered::new(model.name, model.scene))
         .collect();
-    // The paper's buffers and pictures are both as near as they can be.
-    let one = |model: &Numbered| [BUFFER, [PICTURE; 2]].map(|p| Distances::only(model.distance(p)));
-    let sampled: Vec<Sampled<'_>> = models.iter().map(|m| sample(m, one(m))).collect();
+    let sampled: Vec<Sampled<'_>> = models.iter().map(|m| sample(m, nearest(m))).collect();
     views_table(&sampled);
     sets_table(&sampled);
     patches_table(&sampled);
     buffers(&sampled);
     unions();
     lookups(&sampled);
+}
+
+/// The paper's distances of buffers and of pictures: both as near as they can be.
+fn nearest(model: &Numbered) -> [Distances; 2] {
+    [BUFFER, [PICTURE; 2]].map(|pixels| Distances::only(model.distance(pixels)))
+}
+
+/// Prints the table of patches alone.
+///
+/// * `name` - of the only model that it is to be of; empty for all
+///
+/// # Panics
+///
+/// When there is no model of this name; names the others.
+pub(crate) fn patches_tables(name: &str) {
+    let models = models::read(&chosen(name, &MODELS, |entry| entry.0)).into_iter();
+    for model in models {
+        let model = Numbered::new(model.name, model.scene);
+        patches_table(&[sample(&model, nearest(&model))]);
+    }
+}
+
+/// The entry of a name, or all where it is empty.
+fn chosen<T: Copy>(name: &str, all: &[T], name_of: impl Fn(&T) -> &'static str) -> Vec<T> {
+    let chosen = all
+        .iter()
+        .filter(|one| name.is_empty() || name_of(one) == name);
+    let chosen: Vec<T> = chosen.copied().collect();
+    let names: Vec<&str> = all.iter().map(name_of).collect();
+    assert!(
+        !chosen.is_empty(),
+        "there is no {name}, but {}",
+        names.join(", ")
+    );
+    chosen
 }
 
 /// Prints the tables of samples at two distances, judged by pictures at any between.
@@ -83,7 +118,7 @@ fn ranges_table(model: &Numbered) {
             pictures,
             ..
         } = sample(model, [distances; 2]);
-        let united = face_sets(&faces, &sets, Samples::Six);
+        let united = face_sets(&faces, &sets, United::Six);
         let share = culled_share(&FaceRanges::from_sets(&united), model.primitives);
         let missed = missed(&pictures, &faces, &united);
         let [half, most, worst] = [0.5, 0.95, 1.0].map(|share| percentile(&missed, share));
@@ -106,14 +141,7 @@ fn ranges_table(model: &Numbered) {
 pub(crate) fn adaptive_tables(name: &str) {
     // A picture of the dragon takes ten times as long.
     let models = [(MODELS[0], 3000), (MODELS[2], 3000), (MODELS[3], 1000)];
-    let named = models.iter().filter(|((model, ..), _)| *model == name);
-    let chosen: Vec<_> = match name {
-        "" => models.iter().collect(),
-        _ => named.collect(),
-    };
-    let names = models.map(|((name, ..), _)| name).join(", ");
-    assert!(!chosen.is_empty(), "there is no {name}, but {names}");
-    for &(entry, clean_views) in chosen {
+    for (entry, clean_views) in chosen(name, &models, |(entry, _)| entry.0) {
         for model in models::read(&[entry]) {
             let model = Numbered::new(model.name, model.scene);
             adaptive(&model, clean_views);
@@ -177,9 +205,9 @@ fn views_table(all: &[Sampled<'_>]) {
             let sets = distances.unite(&seen);
             let grown = distances.unite(&model.grown(&seen, &offsets));
             let ways = [
-                (&sets, Samples::Three),
-                (&sets, Samples::Six),
-                (&grown, Samples::Six),
+                (&sets, United::Three),
+                (&sets, United::Six),
+                (&grown, United::Six),
             ];
             let columns = ways.map(|(sets, samples)| {
                 let united = face_sets(&faces, sets, samples);
@@ -292,38 +320,78 @@ fn merged(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
     union
 }
 
-/// What patches cost and cull beside lists of primitives.
+/// A meshlet's vertices at most: all that it may have, so that none ends before it has its triangles.
+const MESHLET_VERTICES: usize = 192;
+
+/// How much it counts that spatial meshlets are full, as meshoptimizer recommends, and the fewest of
+/// their triangles, as a part of the most.
+const FILL_WEIGHT: f32 = 0.5;
+const LEAST_FULL: usize = 4;
+
+/// A way to group primitives, by the most that a group may have.
+type Way<'a> = (&'a str, &'a dyn Fn(u32) -> Patches);
+
+/// What patches cost and cull beside lists of primitives, and beside meshlets drawn whole.
 fn patches_table(all: &[Sampled<'_>]) {
     println!(
-        "\nPatches beside lists of primitives: bytes of all faces' lists, the most ranges of a face, \
-         mean culling over faces; patches before ranges are joined, and after.\n"
+        "\nPatches beside lists of primitives, and meshoptimizer's meshlets drawn as patches: bytes of all \
+         faces' lists, the most ranges of a face, mean culling over faces; before ranges are joined, and after.\n"
     );
     println!(
-        "| model | ranges: bytes | ranges | culled | primitives a patch | s | patches | culled | \
+        "| model | ranges: bytes | ranges | culled | way | primitives a patch | s | patches | ranges | culled | \
          joined: bytes | ranges | culled |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
-    let most = |lists: &FaceRanges| (0..lists.faces()).map(|f| lists.of(f).len()).max();
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    let most = |lists: &FaceRanges| (0..lists.count()).map(|f| lists.of(f).len()).max();
     for Sampled {
         model, faces, sets, ..
     } in all
     {
-        let united = face_sets(faces, sets, Samples::Six);
+        let united = face_sets(faces, sets, United::Six);
         let exact = FaceRanges::from_sets(&united);
         let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
-        for most_primitives in [64, 128, 256] {
+        let ways: [Way<'_>; 3] = [
+            ("patches", &|most| {
+                patches(&model.centers(), faces, &united, most)
+            }),
+            ("meshlets", &|most| {
+                in_meshlets(model, |triangles, places| {
+                    let most = most as usize;
+                    meshopt::build_meshlets(triangles, places, MESHLET_VERTICES, most, 0.0)
+                })
+            }),
+            ("spatial meshlets", &|most| {
+                in_meshlets(model, |triangles, places| {
+                    let most = most as usize;
+                    meshopt::build_meshlets_spatial(
+                        triangles,
+                        places,
+                        MESHLET_VERTICES,
+                        most / LEAST_FULL,
+                        most,
+                        FILL_WEIGHT,
+                    )
+                })
+            }),
+        ];
+        // More than 64 triangles may have more vertices than a meshlet.
+        let rows = [(0, 64), (0, 128), (0, 256), (1, 64), (2, 64)];
+        for (way, most_primitives) in rows {
+            let (way, group) = ways[way];
             let start = Instant::now();
-            let patches = patches(&model.centers(), faces, &united, most_primitives);
+            let patches = group(most_primitives);
             let seconds = start.elapsed().as_secs_f64();
             let whole = patches.ranges(&united, u32::MAX);
             let joined = patches.ranges(&united, PatchSettings::default().most_ranges);
             println!(
-                "| {} | {} | {} | {:.1} % | {most_primitives} | {seconds:.2} | {} | {:.1} % | {} | {} | {:.1} % |",
+                "| {} | {} | {} | {:.1} % | {way} | {most_primitives} | {seconds:.2} | {} | {} | {:.1} % | {} | \
+                 {} | {:.1} % |",
                 model.name,
                 exact.bytes(),
                 most(&exact).unwrap_or(0),
                 share(&exact),
                 patches.count(),
+                most(&whole).unwrap_or(0),
                 share(&whole),
                 joined.bytes(),
                 most(&joined).unwrap_or(0),
@@ -331,6 +399,19 @@ fn patches_table(all: &[Sampled<'_>]) {
             );
         }
     }
+}
+
+/// Meshlets as patches, in the order in which they are built.
+fn in_meshlets(
+    model: &Numbered,
+    build: impl FnOnce(&[u32], &VertexDataAdapter<'_>) -> meshopt::Meshlets,
+) -> Patches {
+    let (mut order, mut starts) = (Vec::new(), vec![0]);
+    for meshlet in Meshlets::new(model, build).primitives {
+        order.extend(meshlet);
+        starts.push(order.len() as u32);
+    }
+    Patches { order, starts }
 }
 
 /// What it takes until pictures miss nothing.
@@ -377,7 +458,7 @@ fn adaptive(model: &Numbered, clean_views: u32) {
             clean_views,
         } = adapted.expect("the first are all around");
         let seconds = start.elapsed().as_secs_f64();
-        let united = face_sets(&faces, &sets, Samples::Six);
+        let united = face_sets(&faces, &sets, United::Six);
         let lists = FaceRanges::from_sets(&united);
         let missed_pixels = |united: &[Bitfield]| {
             let missed = missed(&pictures, &faces, united);
@@ -416,7 +497,7 @@ pub(crate) fn drawn(lists: &FaceRanges, order: &[u32]) -> Vec<Bitfield> {
         let ids: Vec<u32> = places.map(|at| order[at as usize]).collect();
         Bitfield::from_ids(order.len() as u32, &ids)
     };
-    (0..lists.faces()).map(drawn).collect()
+    (0..lists.count()).map(drawn).collect()
 }
 
 /// What 55 id buffers of each model take.

@@ -2,16 +2,15 @@
 //! cones of meshlets, and, as what nothing can do better than, exactly what a picture shows.
 
 use crate::bitfields::{SAMPLES, drawn, percentile};
+use crate::meshlets::Meshlets;
 use crate::models;
 use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURES};
 use farfield_bitfields::{
-    Bitfield, FaceRanges, Lookup, PatchSettings, Samples, Triangulation, even_directions,
-    face_sets, patches,
+    Bitfield, FaceRanges, Lookup, PatchSettings, Triangulation, United, even_directions, face_sets,
+    patches,
 };
 use farfield_sampling::{NONE, Textures};
-use glam::{DVec3, Vec3};
-use meshopt::VertexDataAdapter;
-use std::collections::BTreeMap;
+use glam::DVec3;
 
 const MODELS: [models::Entry; 5] = [
     models::DENSE[0],
@@ -83,7 +82,7 @@ fn rows(model: &Numbered) {
             model.those(|id| model.fronts(id, model.center + offset))
         });
     }
-    let meshlets = Meshlets::new(model);
+    let meshlets = meshlets(model);
     let bytes = CONE_BYTES * meshlets.primitives.len();
     row("cones of meshlets", bytes, 1, &|offset| {
         meshlets.drawn(model, offset, false)
@@ -103,7 +102,7 @@ fn rows(model: &Numbered) {
         (", neighbours", model.grown(&seen, &offsets)),
     ];
     for (also, sets) in ways {
-        let united = face_sets(&faces, &distances.unite(&sets), Samples::Six);
+        let united = face_sets(&faces, &distances.unite(&sets), United::Six);
         let lists = FaceRanges::from_sets(&united);
         let settings = PatchSettings::default();
         let patches = patches(&model.centers(), &faces, &united, settings.most_primitives);
@@ -132,66 +131,19 @@ fn rows(model: &Numbered) {
 }
 
 /// Groups of primitives that face much the same way.
-struct Meshlets {
-    primitives: Vec<Vec<u32>>,
-    /// Apex, relative to the model's centre, axis and cutoff.
-    cones: Vec<(Vec3, Vec3, f32)>,
-}
-
-impl Meshlets {
-    fn new(model: &Numbered) -> Self {
-        let vertices = model
-            .welded
-            .iter()
-            .flatten()
-            .max()
-            .map_or(0, |last| last + 1);
-        let mut places = vec![[0.0f32; 3]; vertices as usize];
-        for (corners, welded) in model.scene.triangles_in_world().zip(&model.welded) {
-            for (corner, &vertex) in corners.iter().zip(welded) {
-                places[vertex as usize] = (*corner - model.center).as_vec3().to_array();
-            }
-        }
-        // Meshoptimizer turns triangles, and does not tell which is which.
-        let sorted = |mut corners: [u32; 3]| {
-            corners.sort_unstable();
-            corners
-        };
-        let mut ids: BTreeMap<[u32; 3], Vec<u32>> = BTreeMap::new();
-        for (id, corners) in (0..).zip(&model.welded) {
-            ids.entry(sorted(*corners)).or_default().push(id);
-        }
-        let bytes = meshopt::typed_to_bytes(&places);
-        let adapter = VertexDataAdapter::new(bytes, size_of::<[f32; 3]>(), 0);
-        let adapter = adapter.expect("places are whole");
-        let meshlets = meshopt::build_meshlets(
-            model.welded.as_flattened(),
-            &adapter,
+fn meshlets(model: &Numbered) -> Meshlets {
+    Meshlets::new(model, |triangles, places| {
+        meshopt::build_meshlets(
+            triangles,
+            places,
             MESHLET_VERTICES,
             MESHLET_TRIANGLES,
             CONE_WEIGHT,
-        );
-        let (mut primitives, mut cones) = (Vec::new(), Vec::new());
-        for meshlet in meshlets.iter() {
-            let (triangles, _) = meshlet.triangles.as_chunks::<3>();
-            let members = triangles.iter().map(|corners| {
-                let corners = corners.map(|corner| meshlet.vertices[usize::from(corner)]);
-                let same = ids
-                    .get_mut(&sorted(corners))
-                    .expect("corners are a primitive's");
-                same.pop().expect("as many as there are in the model")
-            });
-            primitives.push(members.collect());
-            let bounds = meshopt::compute_meshlet_bounds(meshlet, &adapter);
-            cones.push((
-                Vec3::from(bounds.cone_apex),
-                Vec3::from(bounds.cone_axis),
-                bounds.cone_cutoff,
-            ));
-        }
-        Self { primitives, cones }
-    }
+        )
+    })
+}
 
+impl Meshlets {
     /// Those of the meshlets that do not all face away; where a material is seen from both sides,
     /// none does, unless all are taken for single-sided.
     fn drawn(&self, model: &Numbered, offset: DVec3, all_single_sided: bool) -> Bitfield {

@@ -3,7 +3,7 @@
 use crate::models;
 use crate::numbered::{Numbered, PICTURE, PICTURES};
 use farfield_bitfields::{
-    Bitfield, FaceRanges, Lookup, Samples, Triangulation, even_directions, face_sets,
+    Bitfield, FaceRanges, Lookup, Triangulation, United, even_directions, face_sets,
 };
 use farfield_sampling::{Textures, rasterize};
 use farfield_scene::{Mesh, Scene};
@@ -73,7 +73,7 @@ fn rows(model: &Numbered) {
         let directions = even_directions(samples);
         let faces = Triangulation::new(&directions, DVec3::ZERO).expect("these are all around");
         let offsets: Vec<DVec3> = directions.iter().map(|d| *d * distance).collect();
-        let united = face_sets(&faces, &model.sets(&textures, &offsets), Samples::Six);
+        let united = face_sets(&faces, &model.sets(&textures, &offsets), United::Six);
         let lookup = Lookup::new(faces, FaceRanges::from_sets(&united));
         let (mut sum, mut drawn) = (0.0, 0.0);
         for (direction, camera) in &cameras {

@@ -24,6 +24,7 @@ mod compare;
 mod culled;
 mod frames;
 mod growth;
+mod meshlets;
 mod models;
 mod numbered;
 mod octahedral;
@@ -90,6 +91,11 @@ fn main() {
     }
     if asked("cells").is_some() {
         return view_cells::tables();
+    }
+    if let Some(at) = asked("patches") {
+        // Cargo adds --bench.
+        let name = arguments.get(at + 1).filter(|name| !name.starts_with("--"));
+        return bitfields::patches_tables(name.map_or("", String::as_str));
     }
     if asked("distances").is_some() {
         return bitfields::distances_table();

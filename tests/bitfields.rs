@@ -4,7 +4,8 @@ use crate::setup::{contents, model, verified, write_glb};
 use crate::shapes;
 use farfield_bundle::{
     BitfieldsBody, Body, CELLS_FILE, CERTIFICATE_FILE, FACES_FILE, FaceLists, GLTF_FILE,
-    MANIFEST_FILE, Manifest, NewFile, encode_png, glb_from_scene, read_cells, read_faces,
+    MANIFEST_FILE, Manifest, NewFile, Technique, encode_png, glb_from_scene, read_cells,
+    read_faces,
 };
 use farfield_scene::{AlphaMode, Filter, Image, Material, Object, Scene, Texture, Wrap};
 use glam::{DAffine3, DVec3, Vec3, Vec4};
@@ -167,6 +168,14 @@ impl Baked {
     }
 }
 
+/// Whether neighbours were added, as the manifest tells.
+fn neighbors(manifest: &Manifest) -> Option<bool> {
+    match manifest.technique {
+        Technique::Bitfields { neighbors, .. } => neighbors,
+        Technique::Layered { .. } | Technique::Tdm { .. } => panic!("bitfields were asked for"),
+    }
+}
+
 fn body(manifest: &mut Manifest) -> &mut BitfieldsBody {
     match &mut manifest.impostors[0].body {
         Body::Bitfields(body) => body,
@@ -192,6 +201,7 @@ fn hidden_boxes_are_culled_and_nothing_is_missed() {
     assert_eq!(baked.report.triangles_in, 127 * 12);
     // 0.9542^64 = 0.05.
     assert_eq!((found.missed_pixels, found.missed_share), (0, 0.9542));
+    assert_eq!(neighbors(&baked.manifest()), Some(true));
     assert_eq!(found.always_drawn, 12);
     assert!(found.culled > 0.3, "{} culled", found.culled);
     assert!(found.most_ranges <= 64);
@@ -231,6 +241,7 @@ fn hidden_boxes_are_culled_and_nothing_is_missed() {
     assert!(over[0].culled_by_six < over[over.len() - 1].culled_by_six);
     assert!(baked.dir().join(CERTIFICATE_FILE).exists());
     let page = fs::read_to_string(baked.dir().join("report.html")).unwrap();
+    assert!(page.contains("with the neighbours of what they see"));
     assert!(page.contains("The promise holds") && page.matches("<svg").count() == 2);
 }
 
@@ -272,6 +283,7 @@ fn given_samples_promise_what_was_measured() {
         let found = baked.report.bitfields.unwrap();
         assert_eq!(found.viewpoints, samples);
         assert!(found.missed_share >= 0.95);
+        assert_eq!(neighbors(&baked.manifest()), Some(false));
         let report = verified(&baked.dir(), 128);
         assert!(report.holds, "{:?}", report.broken);
         assert!(report.bitfields.unwrap().missed_pixels_p95 <= found.missed_pixels);
@@ -320,6 +332,7 @@ fn view_cells_hold() {
     });
     let found = baked.report.bitfields.unwrap();
     assert_eq!(found.lists, 5);
+    assert_eq!(neighbors(&baked.manifest()), Some(false));
     // 0.997^1000 = 0.05.
     assert_eq!((found.missed_pixels, found.missed_share), (0, 0.997));
     assert!(found.culled > 0.6, "{}", found.culled);
@@ -333,9 +346,49 @@ fn view_cells_hold() {
         assert!(cell.draw.contains(&[glass, fence]));
     }
     assert!(lists.cells[0] != lists.cells[4]);
+    // The middle one lies amid the boxes.
+    let warnings = baked.manifest().warnings;
+    let [warning] = &warnings[..] else {
+        panic!("not one warning: {warnings:?}");
+    };
+    assert!(
+        warning.starts_with("view cells that reach into solids: 1 of 5. ")
+            && warning.contains("cell 2, box:2,2,2:0.9,0.9,8, "),
+        "{warning}"
+    );
     let report = verified(&baked.dir(), 96);
     assert!(report.holds, "{:?}", report.broken);
     assert!(report.covered_pixels > 0);
+}
+
+/// A cell in the built-in house is told, one in its yard is not.
+#[test]
+fn view_cells_in_solids_are_told() {
+    let warnings = |center| {
+        let folder = tempfile::tempdir().unwrap();
+        let dir = folder.path().join("house");
+        baked(&BitfieldsOptions {
+            seen_from: SeenFrom::Inside {
+                center,
+                size: DVec3::new(4.0, 1.0, 4.0),
+                cells: [2, 1, 1],
+            },
+            held_back: Some(2),
+            ..options(SceneChoice::BuiltIn(BuiltIn::House), &dir)
+        });
+        farfield_bundle::read(&dir).unwrap().warnings
+    };
+    assert_eq!(warnings(DVec3::new(0.0, 1.8, 25.0)), [""; 0]);
+    let told = warnings(DVec3::new(0.0, 2.5, 0.0));
+    assert_eq!(told.len(), 1, "{told:?}");
+    for part in [
+        "solids: 2 of 2. ",
+        "cell 0, box:-1,2.5,0:2,1,4, 10 % of",
+        "--view-cell",
+        "--cells",
+    ] {
+        assert!(told[0].contains(part), "{told:?}");
+    }
 }
 
 /// A range that is lost from a cell's list is found.

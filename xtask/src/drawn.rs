@@ -24,15 +24,25 @@ pub(crate) fn flattened(scene: &Scene, name: &str, [min, max]: [DVec3; 2]) -> Re
     };
     let triangles = of_objects(|mesh| mesh.triangles.len());
     let vertices = of_objects(|mesh| mesh.vertices.len());
-    // Positions and indices alone.
-    let bytes = 12 * (vertices + triangles);
-    if bytes > u64::from(u32::MAX) {
+    require_room(triangles, vertices)?;
+    Ok(scene.flattened(name, (min + max) / 2.0))
+}
+
+/// Refuses what a glTF file cannot hold; all that it holds, ids can number.
+///
+/// # Errors
+///
+/// When positions and indices alone have more bytes.
+fn require_room(triangles: u64, vertices: u64) -> Result<()> {
+    let count = triangles.checked_add(vertices);
+    let bytes = count.and_then(|count| count.checked_mul(12));
+    if bytes.is_none_or(|bytes| bytes > u64::from(u32::MAX)) {
         bail!(
             "{triangles} triangles, each instance of an object for itself, take more than the 4 GiB \
              that a glTF file can hold: leave objects out with --exclude, or split the scene"
         );
     }
-    Ok(scene.flattened(name, (min + max) / 2.0))
+    Ok(())
 }
 
 /// Where the triangles of each material begin, and the number of all.
@@ -124,5 +134,31 @@ pub(crate) fn ids(
         let strip = first..(first + rows).min(camera.height);
         let seen = rasterize(scene, textures, &camera.window(&(0..camera.width), &strip));
         take(seen.triangles.cells());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use farfield_sampling::NONE;
+
+    /// Up to the last byte of a glTF file there is room, beyond there is not, and what is refused is named;
+    /// what there is room for has fewer triangles than there are ids.
+    #[test]
+    fn what_no_file_holds_is_refused() {
+        let most = u64::from(u32::MAX) / 12;
+        for vertices in [0, 3, most / 2] {
+            assert!(require_room(most - vertices, vertices).is_ok());
+            assert!(require_room(most - vertices + 1, vertices).is_err());
+        }
+        assert!(most < u64::from(NONE));
+        for (triangles, vertices) in [(0, most + 1), (u64::MAX / 12, 1), (u64::MAX, u64::MAX)] {
+            let message = require_room(triangles, vertices).unwrap_err().to_string();
+            assert!(
+                message.starts_with(&format!("{triangles} triangles"))
+                    && message.contains("--exclude"),
+                "{message}"
+            );
+        }
     }
 }

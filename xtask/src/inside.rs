@@ -1,19 +1,51 @@
 //! Views from within a box, in any direction.
 
+use crate::orbit::MOST_PIXELS;
+use crate::viewpoints::AIM_SEED;
 use anyhow::{Result, bail};
 use farfield_bitfields::{CellGrid, cube_map};
 use farfield_bundle::ViewSpace;
 use farfield_views::{Camera, Extent, Pose, ViewCell, direction_at, random_point};
 use glam::DVec3;
 
-/// Pixels along each side of a face of a cube map: more take minutes each.
-const MOST_PIXELS: f64 = 32_768.0;
-
 /// Cells that a box is cut into: with more, their lists take more memory than the scene.
 const MOST_CELLS: u64 = 10_000;
 
-/// Tells where cameras look from where they are.
-const AIM_SEED: u64 = 0x0061_696d;
+/// Into how many cells a box is cut, as the command line names it: `X,Y,Z`.
+///
+/// # Errors
+///
+/// When it is not, or into far too many.
+pub fn cells_from_argument(text: &str) -> Result<[u32; 3], String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.parse().ok()).collect();
+    let counts = numbers.and_then(|numbers| <[u32; 3]>::try_from(numbers).ok());
+    let counts = counts.ok_or("cells are three whole numbers X,Y,Z, such as 4,1,4")?;
+    require_possible(counts)?;
+    Ok(counts)
+}
+
+/// Refuses the size of a view cell that nobody can stand in, in metres.
+///
+/// # Errors
+///
+/// When it is flat.
+pub fn require_volume(size: DVec3) -> Result<(), String> {
+    match size.min_element() > 0.0 {
+        true => Ok(()),
+        false => Err(format!(
+            "the view cell is {size} m large: give it a width, a height and a depth"
+        )),
+    }
+}
+
+fn require_possible(counts: [u32; 3]) -> Result<(), String> {
+    let mut cells = counts.map(u64::from).into_iter();
+    let count = cells.try_fold(1, u64::checked_mul);
+    match count.is_some_and(|count| (1..=MOST_CELLS).contains(&count)) {
+        true => Ok(()),
+        false => Err(format!("a view cell is cut into 1 to {MOST_CELLS} cells")),
+    }
+}
 
 /// Cameras of one kind in a box that is cut into view cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,15 +71,10 @@ impl Inside {
         fov: f64,
         resolution: u32,
     ) -> Result<Self> {
-        if size.min_element() <= 0.0 {
-            bail!("the view cell is {size} m large: give it a width, a height and a depth");
-        }
-        let cells = counts.map(u64::from);
-        let count = cells.iter().try_fold(1, |all: u64, n| all.checked_mul(*n));
-        let is_possible = count.is_some_and(|count| (1..=MOST_CELLS).contains(&count));
-        let [x, y, z] = counts;
-        if !is_possible {
-            bail!("--cells {x},{y},{z}: a view cell is cut into 1 to {MOST_CELLS} cells");
+        require_volume(size).map_err(anyhow::Error::msg)?;
+        if let Err(why) = require_possible(counts) {
+            let [x, y, z] = counts;
+            bail!("--cells {x},{y},{z}: {why}");
         }
         Ok(Self {
             center,

@@ -31,6 +31,8 @@ pub use console::{Console, peak_rss_bytes};
 pub use device::{Device, DeviceChoice, Tally};
 pub use farfield_bundle::Channels;
 pub use farfield_sampling::Foliage;
+pub use inside::{cells_from_argument, require_volume};
+pub use orbit::distances_from_argument;
 pub use source::SceneChoice;
 pub use verify::{
     BitfieldsFigures, CostOfBoth, CoverageAt, MOST_VIEWS, OverSamples, Place, Seams, Spread,

@@ -2,7 +2,8 @@
 
 use anyhow::Context;
 use clap::builder::{OsStringValueParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,8 +11,9 @@ use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
     DeviceChoice, Foliage, Limits, MOST_VIEWS, Making, SampleChoice, SceneChoice, SeenFrom,
     VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions,
-    bake_bitfields, bake_on, export, page_content, page_program, picture_size, require_export,
-    require_layers, serve, verify_on, window,
+    bake_bitfields, bake_on, cells_from_argument, distances_from_argument, export, page_content,
+    page_program, picture_size, require_export, require_layers, require_volume, serve, verify_on,
+    window,
 };
 
 /// Replaces far or dense parts of 3-D scenes by image-based impostors, and proves that they look
@@ -97,15 +99,15 @@ struct BakeArgs {
     /// then, and promised not to become more.
     /// [default: from where it is needed, until nothing is missed]
     #[arg(long, value_name = "COUNT|FILE",
-        value_parser = OsStringValueParser::new().map(SampleChoice::from_argument))]
+        value_parser = OsStringValueParser::new().try_map(SampleChoice::from_argument))]
     samples: Option<SampleChoice>,
     /// Of bitfields, the least and the greatest distance of the viewer from the scene's centre, in
     /// metres. [default: those of the viewpoints in the file of --samples, or else from where the scene
     /// fits into the picture to four times as far]
-    #[arg(long, value_name = "MIN:MAX", value_parser = range)]
+    #[arg(long, value_name = "MIN:MAX", value_parser = distances_from_argument)]
     distances: Option<[f64; 2]>,
     /// Of bitfields, how many views, that the samples were not taken from, judge them: without --samples
-    /// so many one after another must miss nothing. [default: 3000, and with a view cell 50 in each of
+    /// so many one after another must miss nothing. [default: 3000, and with a view cell 100 in each of
     /// its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
@@ -117,7 +119,7 @@ struct BakeArgs {
     device: DeviceArg,
     /// Of bitfields with a --view-cell, into how many cells along x, y and z that box is cut, each with a
     /// list of what is drawn. [default: 1,1,1]
-    #[arg(long, value_name = "X,Y,Z", requires = "view_cell", value_parser = counts)]
+    #[arg(long, value_name = "X,Y,Z", requires = "view_cell", value_parser = cells_from_argument)]
     cells: Option<[u32; 3]>,
     /// Verifies the bundle from 256 viewpoints, as `verify` does.
     #[arg(long)]
@@ -265,13 +267,16 @@ fn main() -> ExitCode {
 
 fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
     let (must_verify, json) = (args.verify, args.json);
-    refuse_options_of_others(&args)?;
+    let understood = refuse_options_of_others(&args).and_then(|()| seen_from(&args));
+    let seen_from = understood.unwrap_or_else(|why| refuse(&why));
     let device = match args.technique {
         Technique::Bitfields => Device::cpu(),
         Technique::Layered | Technique::Tdm | Technique::Auto => args.device.open()?,
     };
     let report = match args.technique {
-        Technique::Bitfields => bake_bitfields(&bitfields_options(args)?, &Console::Stderr)?,
+        Technique::Bitfields => {
+            bake_bitfields(&bitfields_options(args, seen_from), &Console::Stderr)?
+        }
         Technique::Layered | Technique::Tdm | Technique::Auto => {
             bake_on(&impostor_options(args), &device, &Console::Stderr)?
         }
@@ -298,8 +303,16 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
     Ok(exit_code(holds))
 }
 
+/// Ends the program as clap does where options of `bake` do not go together.
+fn refuse(why: &str) -> ! {
+    let mut cli = Cli::command();
+    cli.build();
+    let bake = cli.find_subcommand_mut("bake").expect("it is a command");
+    bake.error(ErrorKind::ArgumentConflict, why).exit()
+}
+
 /// Refuses what the technique that is asked for would ignore.
-fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
+fn refuse_options_of_others(args: &BakeArgs) -> Result<(), String> {
     let of_impostors = [
         ("--far", args.far.is_some()),
         ("--views-around", args.views_around.is_some()),
@@ -327,14 +340,14 @@ fn refuse_options_of_others(args: &BakeArgs) -> anyhow::Result<()> {
     match args.technique {
         Technique::Bitfields => match given(&of_impostors) {
             none if none.is_empty() => Ok(()),
-            some => anyhow::bail!(
+            some => Err(format!(
                 "{some}: not for --technique bitfields, which draws the original geometry, without layers \
                  and pages; leave this out, or choose another technique"
-            ),
+            )),
         },
         Technique::Layered | Technique::Tdm | Technique::Auto => match given(&of_bitfields) {
             none if none.is_empty() => Ok(()),
-            some => anyhow::bail!("{some}: for --technique bitfields only"),
+            some => Err(format!("{some}: for --technique bitfields only")),
         },
     }
 }
@@ -343,32 +356,39 @@ fn scene_choice(named: Option<SceneChoice>) -> SceneChoice {
     named.unwrap_or(SceneChoice::BuiltIn(BuiltIn::default()))
 }
 
-fn bitfields_options(args: BakeArgs) -> anyhow::Result<BitfieldsOptions> {
-    let options = BitfieldsOptions::new(scene_choice(args.scene));
-    let seen_from = match args.view_cell {
-        None => SeenFrom::Around {
-            distances: args.distances,
-            samples: args.samples.unwrap_or(SampleChoice::Adaptive),
-        },
-        Some(ViewCellSpec::Box { center, size }) => {
+/// Where the viewer of bitfields is.
+fn seen_from(args: &BakeArgs) -> Result<SeenFrom, String> {
+    match (args.technique, args.view_cell) {
+        (Technique::Bitfields, Some(ViewCellSpec::Box { center, size })) => {
             if args.distances.is_some() || args.samples.is_some() {
-                anyhow::bail!(
+                return Err(
                     "--distances and --samples are for viewers all around the scene: leave them out, or \
                      --view-cell"
+                        .into(),
                 );
             }
-            SeenFrom::Inside {
+            require_volume(size)?;
+            Ok(SeenFrom::Inside {
                 center,
                 size,
                 cells: args.cells.unwrap_or([1; 3]),
-            }
+            })
         }
-        Some(ViewCellSpec::Shaft { .. }) => anyhow::bail!(
+        (Technique::Bitfields, Some(ViewCellSpec::Shaft { .. })) => Err(
             "the view cell of --technique bitfields is a box: --view-cell box:cx,cy,cz:sx,sy,sz; leave it \
              out for viewers all around the scene"
+                .into(),
         ),
-    };
-    Ok(BitfieldsOptions {
+        _ => Ok(SeenFrom::Around {
+            distances: args.distances,
+            samples: args.samples.clone().unwrap_or(SampleChoice::Adaptive),
+        }),
+    }
+}
+
+fn bitfields_options(args: BakeArgs, seen_from: SeenFrom) -> BitfieldsOptions {
+    let options = BitfieldsOptions::new(scene_choice(args.scene));
+    BitfieldsOptions {
         exclude: args.exclude,
         resolution: args.resolution,
         fov_degrees: args.fov,
@@ -377,7 +397,7 @@ fn bitfields_options(args: BakeArgs) -> anyhow::Result<BitfieldsOptions> {
         seed: args.seed.unwrap_or(options.seed),
         out: args.out,
         ..options
-    })
+    }
 }
 
 fn impostor_options(args: BakeArgs) -> BakeOptions {
@@ -504,19 +524,6 @@ fn field_of_view(text: &str) -> Result<f64, String> {
         true => Ok(degrees),
         false => Err("a field of view lies between 0.01 and 170 degrees".into()),
     }
-}
-
-fn range(text: &str) -> Result<[f64; 2], String> {
-    let (min, max) = text
-        .split_once(':')
-        .ok_or("distances are MIN:MAX, such as 2:10")?;
-    Ok([positive(min)?, positive(max)?])
-}
-
-fn counts(text: &str) -> Result<[u32; 3], String> {
-    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.parse().ok()).collect();
-    let counts = numbers.and_then(|numbers| <[u32; 3]>::try_from(numbers).ok());
-    counts.ok_or_else(|| "cells are three whole numbers X,Y,Z, such as 4,1,4".into())
 }
 
 fn enlargement(text: &str) -> Result<f64, String> {

@@ -17,7 +17,7 @@ pub(crate) const NEAREST: f64 = 1.1;
 pub(crate) const FINER: f64 = 2.0;
 
 /// Pixels along each side of what the bake sees: more take minutes each.
-const MOST_PIXELS: f64 = 32_768.0;
+pub(crate) const MOST_PIXELS: f64 = 32_768.0;
 
 /// Where viewers are when nothing is said: from where the scene just fits into the picture, to so many
 /// times as far, where it is a quarter as wide.
@@ -26,6 +26,31 @@ const RANGE: f64 = 4.0;
 /// How much of the range of distances is at either end: there sets have been looked at, between them
 /// they have not, and both count.
 const AT_AN_END: f64 = 0.1;
+
+/// The least and the greatest distance of viewers, as the command line names them: `MIN:MAX`, in metres.
+///
+/// # Errors
+///
+/// When these are no such.
+pub fn distances_from_argument(text: &str) -> Result<[f64; 2], String> {
+    let numbers = text.split_once(':');
+    let distances = numbers.and_then(|(min, max)| Some([min.parse().ok()?, max.parse().ok()?]));
+    let distances: [f64; 2] = distances.ok_or("distances are MIN:MAX in metres, such as 2:10")?;
+    if !distances.iter().all(|d| *d > 0.0 && d.is_finite()) {
+        return Err("distances are positive".into());
+    }
+    require_order(distances).map_err(|why| format!("the distances {why}"))?;
+    Ok(distances)
+}
+
+fn require_order([near, far]: [f64; 2]) -> Result<(), String> {
+    match near <= far {
+        true => Ok(()),
+        false => Err(format!(
+            "are not in order: name the nearest first, as in {far}:{near}"
+        )),
+    }
+}
 
 /// Cameras of one kind around a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,10 +84,8 @@ impl Orbit {
         let fitting = (radius / (fov / 2.0).sin()).max(least);
         let distances = distances.unwrap_or([fitting, RANGE * fitting]);
         let [near, far] = distances;
-        if near > far {
-            bail!(
-                "--distances {near}:{far} are not in order: name the nearest first, as in {far}:{near}"
-            );
+        if let Err(why) = require_order(distances) {
+            bail!("--distances {near}:{far} {why}");
         }
         if near < least {
             bail!(
@@ -135,16 +158,6 @@ impl Orbit {
         }
     }
 
-    /// A distance in the range: the least for 0, the greatest for 1, between them in equal factors.
-    fn distance(&self, fraction: f64) -> f64 {
-        let [near, far] = self.distances;
-        match fraction {
-            0.0 => near,
-            1.0 => far,
-            _ => (near * (far / near).powf(fraction)).clamp(near, far),
-        }
-    }
-
     /// The camera that the promise is made for, at an offset from the centre.
     pub(crate) fn camera(&self, offset: DVec3) -> Camera {
         let eye = self.center + offset;
@@ -172,10 +185,11 @@ impl Orbit {
         self.camera(direction_at(point.truncate()) * self.distance_of(point.z))
     }
 
-    /// The distance for a number from 0 to 1, at either end of the range more often than in it.
+    /// The distance for a number from 0 to 1, spread as adaptive samples spread their views, but for the
+    /// ends: these belong to the range that is promised, and no view of theirs is exactly there.
     fn distance_of(&self, number: f64) -> f64 {
         let stretched = (number - AT_AN_END) / (1.0 - 2.0 * AT_AN_END);
-        self.distance(stretched.clamp(0.0, 1.0))
+        self.sampled().at(stretched.clamp(0.0, 1.0))
     }
 
     /// The camera that records what can be seen from an offset from the centre: it holds all of the scene, whatever its

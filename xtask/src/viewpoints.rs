@@ -9,7 +9,7 @@ use glam::DVec3;
 pub(crate) const SEED: u64 = 0x7665_7269_6679;
 
 /// Distinguishes where cameras look from where they are.
-const AIM_SEED: u64 = 0x0061_696d;
+pub(crate) const AIM_SEED: u64 = 0x0061_696d;
 
 /// Viewpoint number `index` of an impostor in the world: 0 is the reference viewpoint, 1 to 8 are the
 /// cell's corners, 9 to 26 its edge and face centres, from 27 on points spread evenly in it.

@@ -202,16 +202,21 @@ fn options_of_other_techniques_are_refused() {
         (&layered, &["--samples", "25"]),
         (&layered, &["--distances", "30:60"]),
         (&layered, &["--held-back", "30"]),
+        (
+            &bitfields,
+            &["--samples", "25", "--view-cell", "box:0,0,90:1,1,1"],
+        ),
+        (&bitfields, &["--view-cell", "shaft:0,0,1:20:90"]),
     ] {
         let output = xtask(&[first, rest].concat(), folder.path());
         let text = stderr(&output);
-        assert_eq!(output.status.code(), Some(1), "{rest:?}: {text}");
+        assert_eq!(output.status.code(), Some(2), "{rest:?}: {text}");
         let name = rest[0].split('=').next().unwrap();
+        let message = text.lines().next().unwrap();
         assert!(
-            text.starts_with("error: ") && text.contains(name),
+            message.starts_with("error: ") && message.contains(name),
             "{rest:?}: {text}"
         );
-        assert_eq!(text.lines().count(), 1, "{text}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
 }
@@ -276,6 +281,47 @@ fn a_wrong_command_line_is_status_2() {
             stderr(&output)
         );
     }
+}
+
+/// The message names option and value, and what is allowed.
+#[test]
+fn wrong_options_of_bitfields_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let cell = ["--view-cell", "box:0,1.8,25:1,1,1"];
+    for (option, value, rest, allowed) in [
+        ("--samples", "3", &[][..], "from 4 to 10000 samples"),
+        ("--samples", "0", &[], "from 4 to 10000 samples"),
+        ("--samples", "10001", &[], "from 4 to 10000 samples"),
+        ("--samples", "7.5", &[], "from 4 to 10000 samples"),
+        ("--distances", "9:8", &[], "8:9"),
+        ("--distances", "0:8", &[], "positive"),
+        ("--distances", "8:inf", &[], "positive"),
+        ("--distances", "near:far", &[], "MIN:MAX"),
+        ("--cells", "3,0,1", &cell, "1 to 10000 cells"),
+        ("--cells", "200,200,200", &cell, "1 to 10000 cells"),
+        ("--cells", "3,1", &cell, "three whole numbers"),
+        ("--held-back", "0", &[], "1..=1000000"),
+    ] {
+        let bake = ["bake", "house", "--technique", "bitfields", option, value];
+        let output = xtask(&[&bake[..], rest].concat(), folder.path());
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{option} {value}: {text}");
+        for part in [option, value, allowed] {
+            assert!(text.contains(part), "{option} {value}: {text}");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+    let flat = [
+        "bake",
+        "house",
+        "--technique",
+        "bitfields",
+        "--view-cell",
+        "box:0,1.8,25:1,0,1",
+    ];
+    let output = xtask(&flat, folder.path());
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("a width, a height and a depth"));
 }
 
 /// The files of the bundle in a folder, with its pages changed.

@@ -2,7 +2,7 @@
 
 use crate::directions::circumcenter;
 use crate::held_back::{missed_pixels, until_clean};
-use crate::{Bitfield, Distances, Round, Samples, Triangulation, TriangulationError, face_sets};
+use crate::{Bitfield, Distances, Round, Triangulation, TriangulationError, United, face_sets};
 use farfield_views::{direction_at, low_discrepancy_point};
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -95,7 +95,7 @@ pub fn adapt(
     let mut sets = distances.unite(&sample(&distances.viewpoints(faces.directions())));
     let view = |index| view_offset(index, distances, settings.seed);
     let learn = |views: &[DVec3], shown: &[Vec<[u32; 2]>]| {
-        let united = face_sets(&faces, &sets, Samples::Six);
+        let united = face_sets(&faces, &sets, United::Six);
         let mut round = Round::new(sets.len());
         let mut missing = Vec::new();
         let mut face = 0;
@@ -249,6 +249,15 @@ mod tests {
         samples: 2,
     };
 
+    const SETTINGS: AdaptiveSettings = AdaptiveSettings {
+        distances: DISTANCES,
+        most_viewpoints: 20,
+        tolerated_pixels: 0,
+        clean_views: 1000,
+        most_views: 100_000,
+        seed: 0,
+    };
+
     /// Primitives on the unit sphere: most are seen from all that is before their tangent plane,
     /// some only through a hole, from within 10 degrees, and some from neither near nor far, where
     /// no sample is taken.
@@ -331,14 +340,7 @@ mod tests {
             most_viewpoints in 0..80u32,
         ) {
             let model = Ball::new(200);
-            let settings = AdaptiveSettings {
-                distances: DISTANCES,
-                most_viewpoints,
-                tolerated_pixels: 0,
-                clean_views: 1000,
-                most_views: 100_000,
-                seed,
-            };
+            let settings = AdaptiveSettings { most_viewpoints, seed, ..SETTINGS };
             let mut samples = 0;
             let sample = |offsets: &[DVec3]| {
                 samples += offsets.len() as u32;
@@ -361,7 +363,7 @@ mod tests {
             }
             // The first samples cannot see through all of the holes.
             prop_assert!(adapted.rounds.iter().any(|round| round.missed_pixels > 0));
-            let united = face_sets(&adapted.faces, &adapted.sets, Samples::Six);
+            let united = face_sets(&adapted.faces, &adapted.sets, United::Six);
             let missing = |i: &u32| {
                 let distance = DISTANCES.at(f64::from(i % 37) / 36.0);
                 let offset = sphere_direction(*i, 2000) * distance;
@@ -377,12 +379,11 @@ mod tests {
         fn what_a_view_showed_is_not_missed_again(seed: u64) {
             let model = Ball::new(200);
             let settings = AdaptiveSettings {
-                distances: DISTANCES,
                 most_viewpoints: 12,
-                tolerated_pixels: 0,
                 clean_views: 100,
                 most_views: 300,
                 seed,
+                ..SETTINGS
             };
             let mut looked = Vec::new();
             let look = |offsets: &[DVec3]| {
@@ -392,7 +393,7 @@ mod tests {
             // These samples see nothing at all.
             let blind = |offsets: &[DVec3]| vec![Bitfield::empty(200); offsets.len()];
             let adapted = adapt(&even_directions(12), &settings, blind, look).unwrap();
-            let united = face_sets(&adapted.faces, &adapted.sets, Samples::Six);
+            let united = face_sets(&adapted.faces, &adapted.sets, United::Six);
             for offset in looked {
                 prop_assert!((1.5..=6.0).contains(&offset.length()));
                 let set = &united[adapted.faces.walk(0, offset) as usize];
@@ -406,12 +407,8 @@ mod tests {
     fn too_few_views_are_told() {
         let model = Ball::new(200);
         let settings = AdaptiveSettings {
-            distances: DISTANCES,
-            most_viewpoints: 20,
-            tolerated_pixels: 0,
-            clean_views: 1000,
             most_views: 100,
-            seed: 0,
+            ..SETTINGS
         };
         let (mut looked, start) = (0, even_directions(12));
         let look = |offsets: &[DVec3]| {
@@ -428,12 +425,10 @@ mod tests {
     fn what_is_tolerated_is_clean() {
         let model = Ball::new(200);
         let settings = AdaptiveSettings {
-            distances: DISTANCES,
-            most_viewpoints: 20,
             tolerated_pixels: 600,
             clean_views: 100,
             most_views: 1000,
-            seed: 0,
+            ..SETTINGS
         };
         let blind = |offsets: &[DVec3]| vec![Bitfield::empty(200); offsets.len()];
         let start = even_directions(12);

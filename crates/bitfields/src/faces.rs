@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// Which samples are united for the views through a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Samples {
+pub enum United {
     /// Those at its corners.
     Three,
     /// Those at its corners and at the opposite corners of its neighbours
@@ -22,24 +22,24 @@ pub enum Samples {
 /// # Panics
 ///
 /// When there is not one set for each viewpoint, or they are of different models.
-pub fn face_sets(faces: &Triangulation, sets: &[Bitfield], samples: Samples) -> Vec<Bitfield> {
+pub fn face_sets(faces: &Triangulation, sets: &[Bitfield], united: United) -> Vec<Bitfield> {
     let viewpoints = faces.directions().len();
     assert!(
         sets.len() == viewpoints,
         "{} sets for {viewpoints} viewpoints",
         sets.len()
     );
-    let united = |face: u32| {
+    let of_face = |face: u32| {
         let six = faces.six(face);
-        let around = match samples {
-            Samples::Three => &six[..3],
-            Samples::Six => &six[..],
+        let around = match united {
+            United::Three => &six[..3],
+            United::Six => &six[..],
         };
         let mut union = sets[around[0] as usize].clone();
         (around[1..].iter()).for_each(|&sample| union.union_with(&sets[sample as usize]));
         union
     };
-    (0..faces.faces().len() as u32).map(united).collect()
+    (0..faces.faces().len() as u32).map(of_face).collect()
 }
 
 /// A list of ranges for each face, all in one array.
@@ -70,8 +70,8 @@ impl FaceRanges {
         Self::from_lists(sets.iter().map(Bitfield::ranges))
     }
 
-    /// Number of faces.
-    pub fn faces(&self) -> u32 {
+    /// Number of lists: of faces, or of cells.
+    pub fn count(&self) -> u32 {
         self.starts.len() as u32 - 1
     }
 
@@ -110,7 +110,7 @@ impl FaceRanges {
 ///
 /// When there is no face.
 pub fn culled_share(lists: &FaceRanges, primitives: u32) -> f64 {
-    let faces = lists.faces();
+    let faces = lists.count();
     assert!(faces > 0, "no face culls anything");
     let drawn = (0..faces).map(|face| f64::from(lists.primitives_of(face)));
     1.0 - drawn.sum::<f64>() / (f64::from(faces) * f64::from(primitives).max(1.0))
@@ -141,8 +141,8 @@ pub(crate) mod tests {
         /// samples never see more than six.
         #[test]
         fn what_a_sample_sees_is_in_all_its_faces((faces, sets) in samples()) {
-            let three = face_sets(&faces, &sets, Samples::Three);
-            let six = face_sets(&faces, &sets, Samples::Six);
+            let three = face_sets(&faces, &sets, United::Three);
+            let six = face_sets(&faces, &sets, United::Six);
             for (index, face) in faces.faces().iter().enumerate() {
                 for corner in face.corners {
                     prop_assert_eq!(sets[corner as usize].count_missing_in(&three[index]), 0);
@@ -154,11 +154,11 @@ pub(crate) mod tests {
         /// A face has what one of its six sees, and nothing else, whether as a set or as ranges.
         #[test]
         fn the_ranges_of_a_face_are_what_its_six_see((faces, sets) in samples()) {
-            let united = face_sets(&faces, &sets, Samples::Six);
+            let united = face_sets(&faces, &sets, United::Six);
             let lists = FaceRanges::from_sets(&united);
-            prop_assert_eq!(lists.faces() as usize, faces.faces().len());
+            prop_assert_eq!(lists.count() as usize, faces.faces().len());
             let mut drawn = 0;
-            for face in 0..lists.faces() {
+            for face in 0..lists.count() {
                 let six = faces.six(face);
                 let seen = |id: &u32| six.iter().any(|&sample| sets[sample as usize].contains(*id));
                 let expected: Vec<u32> = (0..500).filter(seen).collect();
@@ -166,7 +166,7 @@ pub(crate) mod tests {
                 prop_assert_eq!(lists.primitives_of(face) as usize, expected.len());
                 drawn += expected.len();
             }
-            let culled = 1.0 - drawn as f64 / (500.0 * f64::from(lists.faces()));
+            let culled = 1.0 - drawn as f64 / (500.0 * f64::from(lists.count()));
             prop_assert!((culled_share(&lists, 500) - culled).abs() < 1e-12);
         }
     }

@@ -29,7 +29,7 @@ pub use connectivity::{welded, with_neighbors};
 pub use cube_map::cube_map;
 pub use directions::{even_directions, widest_gap};
 pub use distances::Distances;
-pub use faces::{FaceRanges, Samples, culled_share, face_sets};
+pub use faces::{FaceRanges, United, culled_share, face_sets};
 pub use grid::CellGrid;
 pub use held_back::{Round, missed_pixels};
 pub use lookup::Lookup;

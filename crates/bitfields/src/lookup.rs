@@ -29,9 +29,9 @@ impl Lookup {
     pub fn new(faces: Triangulation, lists: FaceRanges) -> Self {
         let count = faces.faces().len();
         assert!(
-            lists.faces() as usize == count,
+            lists.count() as usize == count,
             "{} lists for {count} faces",
-            lists.faces()
+            lists.count()
         );
         let side = (CELLS_PER_FACE * count as f64).sqrt().ceil() as usize;
         let mut cells = Vec::with_capacity(side * side);
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::faces::tests::samples;
     use crate::triangulation::tests::probes;
-    use crate::{Samples, face_sets};
+    use crate::{United, face_sets};
     use proptest::prelude::*;
 
     proptest! {
@@ -124,12 +124,12 @@ mod tests {
         /// faces; of the only such face, where the direction is on no edge.
         #[test]
         fn lookup_equals_search((faces, sets) in samples()) {
-            let lists = FaceRanges::from_sets(&face_sets(&faces, &sets, Samples::Six));
+            let lists = FaceRanges::from_sets(&face_sets(&faces, &sets, United::Six));
             let lookup = Lookup::new(faces.clone(), lists.clone());
             for direction in probes(&faces, 200) {
                 let scaled = direction / direction.abs().max_element();
                 let containing = |&face: &u32| faces.contains(face, scaled);
-                let all: Vec<u32> = (0..lists.faces()).filter(containing).collect();
+                let all: Vec<u32> = (0..lists.count()).filter(containing).collect();
                 prop_assert!(all.contains(&lookup.face(direction)));
                 prop_assert_eq!(lookup.ranges(direction), lists.of(lookup.face(direction)));
             }

@@ -114,7 +114,7 @@ impl Patches {
     ///
     /// A face that sees something of more parts than ranges are allowed has a range for each of these.
     ///
-    /// * `sets` - of patches, not of primitives
+    /// * `sets` - of patches, not of primitives: those [`holding`](Self::holding) what is seen
     /// * `parts` - see [`patches_in_parts`]
     /// * `most_ranges` - see [`PatchSettings`](crate::PatchSettings)
     ///
@@ -147,6 +147,8 @@ impl Patches {
 
 /// Ascending ranges, each within one part, joined where they touch and, while there are more than
 /// `most`, where the least is between them; never over a border.
+///
+/// What is added is the sum of the gaps that are closed, so closing the smallest adds the least.
 fn join_in_parts(
     ranges: impl Iterator<Item = Range<u32>>,
     parts: &[u32],
@@ -195,7 +197,7 @@ fn assert_parts(parts: &[u32], primitives: u32) {
 mod tests {
     use super::*;
     use crate::faces::tests::samples;
-    use crate::{Samples, face_sets};
+    use crate::{United, face_sets};
     use proptest::collection::vec;
     use proptest::prelude::*;
 
@@ -211,7 +213,7 @@ mod tests {
         ) {
             borders.extend([0, 500]);
             borders.sort_unstable();
-            let sets = face_sets(&faces, &sets, Samples::Six);
+            let sets = face_sets(&faces, &sets, United::Six);
             let centers: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
             let cells: Vec<DVec3> = (0..sets.len()).map(|i| DVec3::X * i as f64).collect();
             for patches in [
@@ -273,6 +275,33 @@ mod tests {
             seen.dedup();
             prop_assert!(ranges.len() <= seen.len().max(most as usize));
             prop_assert!(lists[1].primitives_of(0) <= lists[0].primitives_of(0));
+        }
+
+        /// Of all ways to join ranges, none that leaves as few has fewer places between them.
+        #[test]
+        fn the_smallest_gaps_are_closed(
+            lengths in vec((0..4u32, 1..3u32), 0..9),
+            most in 1..6u32,
+        ) {
+            let mut end = 0;
+            let ranges: Vec<Range<u32>> = lengths.iter().map(|&(gap, len)| {
+                let start = end + gap;
+                end = start + len;
+                start..end
+            }).collect();
+            let joined = join_in_parts(ranges.iter().cloned(), &[0, end + 1], most as usize);
+            prop_assert!(joined.windows(2).all(|pair| pair[0].end < pair[1].start));
+            let gaps = ranges.len().saturating_sub(1);
+            let least = (0..1u32 << gaps).filter_map(|open| {
+                let opened = (0..gaps).filter(|i| open >> i & 1 != 0);
+                let wide = |i: &usize| ranges[*i].end < ranges[i + 1].start;
+                let closed = (0..gaps).filter(|i| open >> i & 1 == 0);
+                (open.count_ones() < most && opened.clone().all(|i| wide(&i))).then(|| {
+                    closed.map(|i| ranges[i + 1].start - ranges[i].end).sum::<u32>()
+                })
+            }).min().unwrap_or(0);
+            let len = |ranges: &[Range<u32>]| ranges.iter().map(|r| r.end - r.start).sum::<u32>();
+            prop_assert_eq!(len(&joined), len(&ranges) + least);
         }
     }
 }

@@ -141,70 +141,42 @@ impl Patches {
         self.starts.len() as u32 - 1
     }
 
+    /// The patches that hold any of a set of primitives.
+    ///
+    /// # Panics
+    ///
+    /// When the set is not of as many primitives as the patches have.
+    pub fn holding(&self, set: &Bitfield) -> Bitfield {
+        assert!(
+            set.primitives() as usize == self.order.len(),
+            "a set of {} primitives for patches of {}",
+            set.primitives(),
+            self.order.len()
+        );
+        let mut holding = Bitfield::empty(self.count());
+        for (patch, range) in (0..).zip(self.starts.windows(2)) {
+            let mut primitives = self.order[range[0] as usize..range[1] as usize].iter();
+            if primitives.any(|&id| set.contains(id)) {
+                holding.insert(patch);
+            }
+        }
+        holding
+    }
+
     /// For each set, the ranges of places that hold all its primitives: whole patches, and what
     /// lies between them where there are too many ranges.
     ///
+    /// * `sets` - of primitives, not of patches
     /// * `most_ranges` - see [`PatchSettings`]
     ///
     /// # Panics
     ///
     /// When a set is not of as many primitives as the patches have, or no range is allowed.
     pub fn ranges(&self, sets: &[Bitfield], most_ranges: u32) -> FaceRanges {
-        FaceRanges::from_lists(sets.iter().map(|set| {
-            assert!(
-                set.primitives() as usize == self.order.len(),
-                "a set of {} primitives for patches of {}",
-                set.primitives(),
-                self.order.len()
-            );
-            let visible = |patch: &Range<u32>| {
-                let mut primitives = self.order[patch.start as usize..patch.end as usize].iter();
-                primitives.any(|&id| set.contains(id))
-            };
-            let patches = self.starts.windows(2).map(|pair| pair[0]..pair[1]);
-            join(patches.filter(visible), most_ranges)
-        }))
+        assert!(most_ranges > 0, "no range is allowed");
+        let holding: Vec<Bitfield> = sets.iter().map(|set| self.holding(set)).collect();
+        self.ranges_in_parts(&holding, &[0, self.order.len() as u32], most_ranges)
     }
-}
-
-/// Ascending ranges, with those joined that touch and those with the least between them, until
-/// there are at most `most`.
-///
-/// What is added is the sum of the gaps that are closed, so closing the smallest adds the least.
-fn join(ranges: impl Iterator<Item = Range<u32>>, most: u32) -> Vec<Range<u32>> {
-    assert!(most > 0, "no range is allowed");
-    let ranges: Vec<_> = ranges.collect();
-    let mut gaps: Vec<u32> = (ranges.windows(2))
-        .map(|pair| pair[1].start - pair[0].end)
-        .filter(|gap| *gap > 0)
-        .collect();
-    gaps.sort_unstable_by(|a, b| b.cmp(a));
-    let left = most as usize - 1;
-    let widest_closed = gaps.get(left).copied().unwrap_or(0);
-    // Of gaps as wide as that, the first ones stay open, as long as there may be any.
-    let mut spare = gaps
-        .iter()
-        .take(left)
-        .filter(|gap| **gap == widest_closed)
-        .count();
-    let mut joined: Vec<Range<u32>> = Vec::new();
-    for range in ranges {
-        match joined.last_mut() {
-            Some(last) => {
-                let gap = range.start - last.end;
-                let open = gap > widest_closed || (gap == widest_closed && gap > 0 && spare > 0);
-                match open {
-                    true => {
-                        spare -= usize::from(gap == widest_closed);
-                        joined.push(range);
-                    }
-                    false => last.end = range.end,
-                }
-            }
-            None => joined.push(range),
-        }
-    }
-    joined
 }
 
 /// What is known of each primitive.
@@ -393,7 +365,7 @@ fn chained(mut near: Vec<Group>, mut far: Vec<Group>) -> Vec<Group> {
 mod tests {
     use super::*;
     use crate::faces::tests::samples;
-    use crate::{Samples, culled_share, even_directions, face_sets};
+    use crate::{United, culled_share, even_directions, face_sets};
     use farfield_views::sphere_direction;
     use proptest::collection::vec;
     use proptest::prelude::*;
@@ -407,7 +379,7 @@ mod tests {
             places in vec(prop::array::uniform3(-1.0..1.0f32), 500),
             most in 1..300u32,
         ) {
-            let sets = face_sets(&faces, &sets, Samples::Six);
+            let sets = face_sets(&faces, &sets, United::Six);
             let centers: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
             let patches = patches(&centers, &faces, &sets, most);
             let mut all = patches.order.clone();
@@ -430,7 +402,7 @@ mod tests {
             most_primitives in 1..40u32,
             most_ranges in 1..40u32,
         ) {
-            let sets = face_sets(&faces, &sets, Samples::Six);
+            let sets = face_sets(&faces, &sets, United::Six);
             let centers: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
             let patches = patches(&centers, &faces, &sets, most_primitives);
             let few = patches.ranges(&sets, most_ranges);
@@ -447,33 +419,6 @@ mod tests {
                 prop_assert!(few.len() <= most_ranges as usize);
                 prop_assert!(places.iter().all(|at| few.iter().any(|range| range.contains(at))));
             }
-        }
-
-        /// Of all ways to join ranges, none that leaves as few has fewer places between them.
-        #[test]
-        fn the_smallest_gaps_are_closed(
-            lengths in vec((0..4u32, 1..3u32), 0..9),
-            most in 1..6u32,
-        ) {
-            let mut end = 0;
-            let ranges: Vec<Range<u32>> = lengths.iter().map(|&(gap, len)| {
-                let start = end + gap;
-                end = start + len;
-                start..end
-            }).collect();
-            let joined = join(ranges.iter().cloned(), most);
-            prop_assert!(joined.windows(2).all(|pair| pair[0].end < pair[1].start));
-            let gaps = ranges.len().saturating_sub(1);
-            let least = (0..1u32 << gaps).filter_map(|open| {
-                let opened = (0..gaps).filter(|i| open >> i & 1 != 0);
-                let wide = |i: &usize| ranges[*i].end < ranges[i + 1].start;
-                let closed = (0..gaps).filter(|i| open >> i & 1 == 0);
-                (open.count_ones() < most && opened.clone().all(|i| wide(&i))).then(|| {
-                    closed.map(|i| ranges[i + 1].start - ranges[i].end).sum::<u32>()
-                })
-            }).min().unwrap_or(0);
-            let len = |ranges: &[Range<u32>]| ranges.iter().map(|r| r.end - r.start).sum::<u32>();
-            prop_assert_eq!(len(&joined), len(&ranges) + least);
         }
     }
 
@@ -518,14 +463,14 @@ mod tests {
             for seen in 0..=primitives {
                 let ids: Vec<u32> = (0..seen).collect();
                 let sets = vec![Bitfield::from_ids(primitives, &ids); 6];
-                let sets = face_sets(&faces, &sets, Samples::Six);
+                let sets = face_sets(&faces, &sets, United::Six);
                 let patches = patches(&centers, &faces, &sets, 64);
                 assert_eq!(
                     (patches.order.len(), patches.count()),
                     (centers.len(), primitives)
                 );
                 let ranges = patches.ranges(&sets, 1);
-                assert!((0..ranges.faces()).all(|face| ranges.primitives_of(face) == seen));
+                assert!((0..ranges.count()).all(|face| ranges.primitives_of(face) == seen));
             }
         }
     }
@@ -543,7 +488,7 @@ mod tests {
             Bitfield::from_ids(20_000, &ids)
         };
         let sets: Vec<Bitfield> = faces.directions().iter().map(sees).collect();
-        let sets = face_sets(&faces, &sets, Samples::Six);
+        let sets = face_sets(&faces, &sets, United::Six);
         let exact = FaceRanges::from_sets(&sets);
         let settings = PatchSettings::default();
         let patches = patches(&centers, &faces, &sets, settings.most_primitives);

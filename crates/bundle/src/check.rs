@@ -644,6 +644,7 @@ mod tests {
                 seed: 0,
                 patch_triangles,
                 finer,
+                neighbors: None,
             }
         }
         fn inside(cells: [u32; 3]) -> ViewSpace {

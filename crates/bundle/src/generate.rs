@@ -243,6 +243,7 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
                 seed: triangles,
                 patch_triangles: most.max(1),
                 finer: 1.0 + culled,
+                neighbors: [None, Some(false), Some(true)][viewpoints as usize % 3],
             },
             BitfieldsBody {
                 triangles,
@@ -316,6 +317,7 @@ pub(crate) fn sample_of_bitfields() -> Manifest {
             seed: 0,
             patch_triangles: 64,
             finer: 1.5,
+            neighbors: Some(true),
         },
         sample_bitfields_body(),
     )

@@ -110,6 +110,10 @@ pub enum Technique {
         patch_triangles: u32,
         /// How many times finer than the pixels of the promised camera those of the bake are.
         finer: f64,
+        /// Whether what samples saw was taken to be seen together with the triangles that share a vertex
+        /// with it and face the sample. `None` in bundles that do not tell.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        neighbors: Option<bool>,
     },
 }
 

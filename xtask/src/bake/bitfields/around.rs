@@ -8,7 +8,7 @@ use crate::console::Console;
 use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Samples, Triangulation, adapt,
+    Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Triangulation, United, adapt,
     face_sets, patches_in_parts, welded, with_neighbors,
 };
 use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
@@ -61,7 +61,7 @@ pub(super) fn made(
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
     let grouped = console.stage("group", || {
-        let seen = face_sets(&faces, &distances.unite(&seen), Samples::Six);
+        let seen = face_sets(&faces, &distances.unite(&seen), United::Six);
         let (centers, most) = (super::centers(scene), settings.most_primitives);
         Grouped::new(patches_in_parts(&centers, &faces, &seen, &parts, most))
     });
@@ -86,13 +86,16 @@ pub(super) fn made(
         }
         SampleChoice::Even(_) | SampleChoice::Listed(_) => {
             let sets = distances.unite(&seen);
-            let sets = sets.iter().map(|set| grouped.holding(set)).collect();
+            let sets = sets
+                .iter()
+                .map(|set| grouped.patches.holding(set))
+                .collect();
             (faces, sets)
         }
     };
     // Of the directions as they will stand in the file.
     let faces = Triangulation::new(faces.directions(), DVec3::ZERO)?;
-    let united = face_sets(&faces, &sets, Samples::Six);
+    let united = face_sets(&faces, &sets, United::Six);
     let lists = (grouped.patches).ranges_in_parts(&united, &parts, settings.most_ranges);
     let lookup = Lookup::new(faces, lists);
     // Not those that were looked at before.
@@ -117,8 +120,10 @@ pub(super) fn made(
             SampleChoice::Even(_) => farfield_bundle::Samples::Even,
             SampleChoice::Listed(_) => farfield_bundle::Samples::Listed,
         },
+        neighbors: matches!(choice, SampleChoice::Adaptive),
         space: orbit.space(),
         missed,
+        warning: None,
     })
 }
 
@@ -193,7 +198,9 @@ fn adaptive(
     };
     let sample = |offsets: &[DVec3]| {
         let sets = sample(offsets);
-        sets.iter().map(|set| grouped.holding(set)).collect()
+        sets.iter()
+            .map(|set| grouped.patches.holding(set))
+            .collect()
     };
     let mut looked = 0;
     let look = |offsets: &[DVec3]| {

@@ -1,6 +1,6 @@
 //! The triangles of a scene in patches.
 
-use farfield_bitfields::{Bitfield, Patches};
+use farfield_bitfields::Patches;
 use farfield_scene::Scene;
 
 /// Triangles in patches.
@@ -28,20 +28,6 @@ impl Grouped {
             patch_of,
             places,
         }
-    }
-
-    /// The patches that hold a set of triangles.
-    pub(super) fn holding(&self, set: &Bitfield) -> Bitfield {
-        let mut patches = Bitfield::empty(self.patches.count());
-        let mut last = u32::MAX;
-        for id in set.iter() {
-            let patch = self.patch_of[id as usize];
-            if patch != last {
-                patches.insert(patch);
-            }
-            last = patch;
-        }
-        patches
     }
 
     /// The scene with its triangles in the order of patches.

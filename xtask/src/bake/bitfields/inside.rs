@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use super::sampler::Sampler;
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
+use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, solids};
 use crate::console::Console;
 use crate::inside::Inside;
 use crate::orbit::FINER;
@@ -58,6 +58,9 @@ pub(super) fn made(
         cells.len()
     ));
 
+    let warning = console.stage("tell solids", || {
+        solids::warning(&sampler, &textures, &cells, &looked)
+    });
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
     let grouped = console.stage("group", || {
@@ -67,7 +70,10 @@ pub(super) fn made(
             &centers, &middles, &sets, &parts, most,
         ))
     });
-    let sets: Vec<Bitfield> = sets.iter().map(|set| grouped.holding(set)).collect();
+    let sets: Vec<Bitfield> = sets
+        .iter()
+        .map(|set| grouped.patches.holding(set))
+        .collect();
     let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
     if clean < options.held_back() {
         super::warn_of_misses(clean, options.held_back(), console);
@@ -90,8 +96,10 @@ pub(super) fn made(
         file,
         viewpoints: viewpoints as u32,
         samples: Samples::Adaptive,
+        neighbors: false,
         space: inside.space(),
         missed,
+        warning,
     })
 }
 
@@ -121,7 +129,7 @@ fn seen_from(
 }
 
 fn cell_lists(lists: &FaceRanges, parts: Vec<u32>) -> CellLists {
-    let cells = (0..lists.faces()).map(|cell| CellRecord {
+    let cells = (0..lists.count()).map(|cell| CellRecord {
         draw: listed_ranges(lists.of(cell)),
     });
     CellLists {

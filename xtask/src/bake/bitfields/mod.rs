@@ -7,6 +7,7 @@ mod grouped;
 mod inside;
 mod sampler;
 mod samples;
+mod solids;
 
 use super::{BakeReport, BitfieldsReport, ImpostorReport};
 use crate::console::{Console, peak_rss_bytes};
@@ -102,8 +103,11 @@ pub enum SeenFrom {
 /// Views from around that must miss nothing unless asked otherwise.
 pub const HELD_BACK: u32 = 3000;
 
-/// Views from each cell of a box that must miss nothing unless asked otherwise: each is six pictures.
-pub const HELD_BACK_INSIDE: u32 = 50;
+/// Views from each cell of a box that must miss nothing unless asked otherwise: each is six pictures, and as
+/// long as some miss something, four times as many are looked at. After so many clean ones 97 % of all are
+/// with 95 % confidence; of 299, for 99 %, a bake takes more than twice as long as of 50, and of 100 it does
+/// not.
+pub const HELD_BACK_INSIDE: u32 = 100;
 
 impl BitfieldsOptions {
     fn held_back(&self) -> u32 {
@@ -133,9 +137,13 @@ struct Made {
     /// Viewpoints that were sampled.
     viewpoints: u32,
     samples: Samples,
+    /// Whether neighbours of what these saw were added.
+    neighbors: bool,
     space: ViewSpace,
     /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
     missed: Vec<u64>,
+    /// What should be known of the samples.
+    warning: Option<String>,
 }
 
 /// Bakes a scene into ID-bitfields: a bundle that draws, for each direction or from each view cell, what
@@ -183,6 +191,7 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         }
     };
 
+    loaded.warnings.extend(made.warning.clone());
     let display = made.grouped.ordered(&scene);
     let files = console.stage("encode", || encode(&display, &made.file))?;
     loaded
@@ -308,13 +317,13 @@ fn centers(scene: &Scene) -> Vec<Vec3> {
 
 fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
     let lists = &made.lists;
-    let most = (0..lists.faces()).map(|list| lists.of(list).len()).max();
+    let most = (0..lists.count()).map(|list| lists.of(list).len()).max();
     let always = drawn::blended(scene);
     BitfieldsBody {
         triangles: scene.triangles.len() as u64,
         always_drawn: always.iter().map(|range| range.len() as u64).sum(),
         viewpoints: made.viewpoints,
-        lists: lists.faces(),
+        lists: lists.count(),
         ranges: lists.ranges.len() as u64,
         most_ranges: most.unwrap_or(0) as u32,
         culled: culled_share(lists, scene.triangles.len() as u32),
@@ -341,8 +350,8 @@ fn encode(display: &Scene, lists: &NewFile) -> Result<Vec<NewFile>> {
 
 /// What drawing one list takes on average.
 pub(crate) fn cost_of_a_list(display: &Scene, lists: &FaceRanges) -> Cost {
-    let faces = u64::from(lists.faces()).max(1);
-    let drawn: u64 = (0..lists.faces())
+    let faces = u64::from(lists.count()).max(1);
+    let drawn: u64 = (0..lists.count())
         .map(|face| u64::from(lists.primitives_of(face)))
         .sum();
     Cost {
@@ -377,6 +386,7 @@ fn manifest(
             seed: options.seed,
             patch_triangles: PatchSettings::default().most_primitives,
             finer: FINER,
+            neighbors: Some(made.neighbors),
         },
         options: Options {
             resolution: options.resolution,

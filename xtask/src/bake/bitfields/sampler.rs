@@ -29,6 +29,17 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// What hides what is behind it.
+    pub(super) fn solid(&self) -> &Scene {
+        &self.solid
+    }
+
+    /// A point of the world in the object's space.
+    pub(super) fn in_object(&self, point: DVec3) -> DVec3 {
+        let world_from_mesh = self.solid.objects[0].world_from_mesh;
+        world_from_mesh.inverse().transform_point3(point)
+    }
+
     /// The triangles that cameras see.
     pub(super) fn seen(&self, cameras: &[Camera]) -> Bitfield {
         let mut set = Bitfield::empty(self.triangles);

@@ -4,6 +4,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use farfield_bitfields::{Triangulation, TriangulationError, even_directions, merge_directions};
 use farfield_bundle::FACES_MOST_VIEWPOINTS;
 use glam::DVec3;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// From where the bake looks at a scene.
@@ -20,11 +21,19 @@ pub enum SampleChoice {
 
 impl SampleChoice {
     /// What an argument of the command line names: a count, or else a file.
-    pub fn from_argument(argument: std::ffi::OsString) -> Self {
-        match argument.to_str().and_then(|text| text.parse().ok()) {
-            Some(count) => Self::Even(count),
-            None => Self::Listed(argument.into()),
+    ///
+    /// # Errors
+    ///
+    /// When it is a number, but not of samples that surround a scene.
+    pub fn from_argument(argument: std::ffi::OsString) -> Result<Self, String> {
+        let text = argument.to_str();
+        let number = text.and_then(|text| text.parse::<f64>().ok());
+        if !number.is_some_and(f64::is_finite) {
+            return Ok(Self::Listed(argument.into()));
         }
+        let count = text.and_then(|text| text.parse().ok());
+        let count = count.filter(|count| COUNTS.contains(count));
+        count.map(Self::Even).ok_or_else(needed)
     }
 }
 
@@ -39,14 +48,21 @@ pub(crate) struct Listed {
 /// With more, nobody reads the bundle.
 const MOST: u32 = FACES_MOST_VIEWPOINTS;
 
+/// So many surround a scene.
+const COUNTS: RangeInclusive<u32> = 4..=MOST;
+
+fn needed() -> String {
+    format!("from {} to {MOST} samples surround a scene", COUNTS.start())
+}
+
 /// As many directions, spread evenly.
 ///
 /// # Errors
 ///
 /// When these are fewer than surround a scene, or far too many.
 pub(crate) fn even(count: u32) -> Result<Vec<DVec3>> {
-    if !(4..=MOST).contains(&count) {
-        bail!("--samples {count}: from 4 to {MOST} samples surround a scene");
+    if !COUNTS.contains(&count) {
+        bail!("--samples {count}: {}", needed());
     }
     Ok(even_directions(count))
 }
@@ -206,12 +222,14 @@ mod tests {
 
     #[test]
     fn an_argument_is_a_count_or_a_file() {
-        assert_eq!(
-            SampleChoice::from_argument("25".into()),
-            SampleChoice::Even(25)
-        );
-        let file = SampleChoice::Listed("views.txt".into());
-        assert_eq!(SampleChoice::from_argument("views.txt".into()), file);
+        let named = |argument: &str| SampleChoice::from_argument(argument.into());
+        assert_eq!(named("25"), Ok(SampleChoice::Even(25)));
+        for file in ["views.txt", "inf", "25.txt"] {
+            assert_eq!(named(file), Ok(SampleChoice::Listed(file.into())));
+        }
+        for number in ["0", "3", "-4", "2.5", "10001", "99999999999999999999"] {
+            assert_eq!(named(number), Err(needed()));
+        }
         assert!(even(3).is_err() && even(4).is_ok() && even(0).is_err());
     }
 }

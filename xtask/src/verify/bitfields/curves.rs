@@ -6,7 +6,7 @@ use crate::bake::{Sampler, percentile, sets};
 use crate::orbit::Orbit;
 use crate::viewpoints::SEED;
 use farfield_bitfields::{
-    FaceRanges, Lookup, Samples, Triangulation, culled_share, even_directions, face_sets,
+    FaceRanges, Lookup, Triangulation, United, culled_share, even_directions, face_sets,
     missed_pixels,
 };
 use farfield_sampling::Textures;
@@ -42,7 +42,7 @@ pub(super) fn over_samples(
         let distances = orbit.sampled();
         let offsets = distances.viewpoints(&directions);
         let sets = distances.unite(&sets(&sampler, orbit, &offsets));
-        let [three, six] = [Samples::Three, Samples::Six].map(|samples| {
+        let [three, six] = [United::Three, United::Six].map(|samples| {
             let united = face_sets(&faces, &sets, samples);
             let lookup = Lookup::new(faces.clone(), FaceRanges::from_sets(&united));
             let missed = views.iter().map(|(direction, seen)| {

@@ -167,8 +167,10 @@ fn body<'a>(sources: &Sources<'a>) -> &'a BitfieldsBody {
 }
 
 fn made_of(sources: &Sources<'_>) -> String {
-    let samples = match sources.manifest.technique {
-        Technique::Bitfields { samples, .. } => samples,
+    let (samples, neighbors) = match sources.manifest.technique {
+        Technique::Bitfields {
+            samples, neighbors, ..
+        } => (samples, neighbors),
         Technique::Layered { .. } | Technique::Tdm { .. } => unreachable!("these have no lists"),
     };
     let how = match samples {
@@ -176,13 +178,17 @@ fn made_of(sources: &Sources<'_>) -> String {
         Samples::Even => "spread evenly",
         Samples::Listed => "listed by the user",
     };
+    let neighbors = match neighbors {
+        Some(true) => ", with the neighbours of what they see",
+        Some(false) | None => "",
+    };
     let body = body(sources);
     let [one, several] = owners(&sources.manifest.options.view_space);
     let drawn: Vec<u32> = (0..body.lists)
         .map(|list| sources.lists.primitives_of(list))
         .collect();
     format!(
-        "{} {several}, from {} viewpoints, {how}. A {one} draws {} to {} triangles, in at most {} ranges, \
+        "{} {several}, from {} viewpoints, {how}{neighbors}. A {one} draws {} to {} triangles, in at most {} ranges, \
          culled are {:.1} % on average. Triangles and draw calls above are the mean over all {several}.",
         body.lists,
         body.viewpoints,
