@@ -178,7 +178,6 @@ mod tests {
             positions: positions.map(|[x, y]| Vec3::new(x, y, 1.0)).into(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             voxels: vec![Vec::new(); 2],
-            held: vec![true; 4],
         };
         for (corner, moved) in mesh.positions.iter().zip(shrunk(&mesh, 0.25).positions) {
             let inwards = (Vec3::new(2.0, 2.0, 1.0) - *corner).normalize();

@@ -59,7 +59,6 @@ pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) ->
     let shown = shown(&faces, &flaps, &light.reaches(voxels));
     let borders = borders(&faces, &corners, count, voxels, &light);
     let mut positions = midst(&faces, &flaps, &corners, &steps, points, &borders);
-    let held = borders.iter().map(|border| border.is_seen()).collect();
     for vertex in vanished(&faces, &corners, &positions) {
         let place = steps[vertex as usize];
         positions[vertex as usize] = place.with_z(positions[vertex as usize].z);
@@ -72,7 +71,6 @@ pub fn initial_mesh(voxels: &VoxelLayers<'_>, points: &[Vec3], enlarged: f32) ->
                 positions,
                 triangles,
                 voxels: standing,
-                held,
             };
         }
         for vertex in missed.iter().flat_map(|face| corners[*face as usize]) {
@@ -205,16 +203,6 @@ enum Border {
     Beside,
     /// Where a wall begins or ends in depth: the surface goes on to the end of its voxels.
     InDepth(f32),
-}
-
-impl Border {
-    /// Whether it can be seen that the mesh shrinks from it.
-    fn is_seen(self) -> bool {
-        match self {
-            Self::InShadow => false,
-            Self::No | Self::Fold | Self::Beside | Self::InDepth(_) => true,
-        }
-    }
 }
 
 fn borders(

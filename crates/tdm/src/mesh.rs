@@ -79,9 +79,6 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Of each triangle the voxels that it touches and stands for; a voxel has at most one triangle.
     pub voxels: Vec<Vec<u32>>,
-    /// Of each vertex whether the mesh must not shrink from it when it is simplified: true but on borders
-    /// where the surface goes on unseen.
-    pub held: Vec<bool>,
 }
 
 /// Number of pieces of a mesh that do not hang together over vertices.

@@ -30,16 +30,14 @@ pub struct Simplified {
 ///
 /// A vertex on a border, or on a seam where three surfaces or more meet, moves only along it, and the
 /// border that it leaves behind must lie in enlarged voxels as a whole, so that it never reaches across
-/// what is empty. Nor does the mesh shrink: it goes on to pass every vertex that is held
-/// (`mesh.held`) within a third of an enlarged voxel along each axis. (The paper has the first rule only.
-/// Voxels that are touched still allow notches two voxels wide.)
+/// what is empty.
 ///
 /// Every voxel that a triangle of `mesh` stands for is touched, enlarged, by a triangle that stands
 /// for it in the result.
 ///
-/// First all contractions are made that take nothing away from voxels as they are and leave the mesh
-/// where it is; then those that `enlarged` allows. Otherwise short edges at the corners of what is
-/// large and flat would go before the long ones that cost nothing.
+/// First all contractions are made that leave the mesh where it is, of what is flat or straight; then those
+/// that take nothing away from voxels as they are; then those that `enlarged` allows. Otherwise short edges
+/// at the corners of what is large and flat would go before the long ones that cost nothing.
 /// Edges are tried in rounds. What was refused is tried again in the next if something around it has
 /// changed, until a round changes nothing.
 ///
@@ -57,8 +55,9 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
     assert!(enlarged >= 1.0, "voxels cannot be enlarged by {enlarged}");
     let mut work = Work::new(mesh, voxels);
     let (mut contracted, mut refused) = (0, 0);
-    for (enlarged, shrunk) in [(1.0, ROUNDING), (enlarged, enlarged / 3.0)] {
-        work.enlarge(voxels, enlarged, shrunk);
+    for (is_exact, enlarged) in [(true, 1.0), (false, 1.0), (false, enlarged)] {
+        work.is_exact = is_exact;
+        work.enlarge(voxels, enlarged);
         let [made, failed] = work.contract_all();
         contracted += made;
         refused += failed;
@@ -73,8 +72,8 @@ pub fn simplify(mesh: &Mesh, voxels: &VoxelLayers<'_>, enlarged: f32) -> Simplif
 /// As many as are mostly around a vertex: that needs no memory of its own.
 type Few<T> = SmallVec<[T; 8]>;
 
-/// What a triangle stands for, few of most.
-type Standing = SmallVec<[u32; 4]>;
+/// The voxels of a triangle, few of most.
+type Voxels = SmallVec<[u32; 4]>;
 
 struct Work {
     index: VoxelIndex,
@@ -82,15 +81,12 @@ struct Work {
     boxes: Vec<Cuboid>,
     /// How far from its centre the thickest of them reaches.
     reach: Vec3,
-    /// How far along each axis the mesh may pass a vertex that is held.
-    shrunk: f32,
+    /// Whether the mesh must go on to pass through each vertex that goes.
+    is_exact: bool,
     positions: Vec<Vec3>,
     /// `None` where it is gone.
     triangles: Vec<Option<[u32; 3]>>,
-    /// Of each triangle what it stands for: voxels, and, numbered after them, the places of vertices
-    /// that are held.
-    stands_for: Vec<Standing>,
-    held: Vec<bool>,
+    voxels: Vec<Voxels>,
     /// Of each vertex its triangles; none where it is gone.
     around: Vec<Few<u32>>,
     /// How often the triangles around each vertex have changed.
@@ -123,24 +119,15 @@ impl Work {
         for (i, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| around[*v as usize].push(i));
         }
-        let standing = mesh
-            .voxels
-            .iter()
-            .map(|voxels| Standing::from_slice(voxels));
-        let mut stands_for: Vec<Standing> = standing.collect();
-        let count: usize = voxels.layers.iter().map(Vec::len).sum();
-        for (vertex, _) in mesh.held.iter().enumerate().filter(|(_, held)| **held) {
-            stands_for[around[vertex][0] as usize].push((count + vertex) as u32);
-        }
+        let standing = mesh.voxels.iter().map(|voxels| Voxels::from_slice(voxels));
         Self {
             index: VoxelIndex::new(voxels),
             boxes: Vec::new(),
             reach: Vec3::ZERO,
-            shrunk: 0.0,
-            held: mesh.held.clone(),
+            is_exact: true,
             positions: mesh.positions.clone(),
             triangles: mesh.triangles.iter().copied().map(Some).collect(),
-            stands_for,
+            voxels: standing.collect(),
             changes: vec![0; around.len()],
             around,
             round: Vec::new(),
@@ -148,24 +135,11 @@ impl Work {
         }
     }
 
-    /// Enlarges voxels about their centres, and lets the mesh shrink by so much.
-    fn enlarge(&mut self, voxels: &VoxelLayers<'_>, enlarged: f32, shrunk: f32) {
+    /// Enlarges voxels about their centres.
+    fn enlarge(&mut self, voxels: &VoxelLayers<'_>, enlarged: f32) {
         self.boxes = voxels.boxes(enlarged);
         let halves = self.boxes.iter().map(|place| place.half);
         self.reach = halves.fold(Vec3::ZERO, Vec3::max);
-        self.shrunk = shrunk;
-    }
-
-    /// What must be touched of what a triangle stands for.
-    fn place(&self, standing: u32) -> Cuboid {
-        let standing = standing as usize;
-        match self.boxes.get(standing) {
-            Some(voxel) => *voxel,
-            None => Cuboid {
-                center: self.positions[standing - self.boxes.len()],
-                half: Vec3::splat(self.shrunk),
-            },
-        }
     }
 
     /// Contracts edges until all are refused; returns how many contractions were made and refused.
@@ -293,7 +267,7 @@ impl Work {
         }
         let to = |v: u32| if v == gone { kept } else { v };
         let moved: Few<[u32; 3]> = moving.iter().map(|t| self.triangle(*t).map(to)).collect();
-        if !self.passes(gone, &moved) {
+        if self.is_exact && !self.passes(&moved, self.positions[gone as usize]) {
             return false;
         }
         let before_and_after = moving.iter().map(|t| self.triangle(*t)).zip(&moved);
@@ -344,11 +318,11 @@ impl Work {
                 self.around[vertex as usize].retain(|t| t != triangle);
             }
             self.triangles[*triangle as usize] = None;
-            self.stands_for[*triangle as usize] = Standing::new();
+            self.voxels[*triangle as usize] = Voxels::new();
         }
-        for ((triangle, corners), standing) in moving.iter().zip(moved).zip(divided) {
+        for ((triangle, corners), voxels) in moving.iter().zip(moved).zip(divided) {
             self.triangles[*triangle as usize] = Some(corners);
-            self.stands_for[*triangle as usize] = standing;
+            self.voxels[*triangle as usize] = voxels;
             self.around[kept as usize].push(*triangle);
         }
         self.around[gone as usize] = Few::new();
@@ -376,44 +350,41 @@ impl Work {
         (b - a).cross(c - a)
     }
 
-    /// Whether a vertex that goes leaves triangles behind that pass its place, if those around it stand
-    /// for it.
-    fn passes(&self, gone: u32, moved: &[[u32; 3]]) -> bool {
-        let standing = self.boxes.len() as u32 + gone;
-        let stands_for_it = |t: &u32| self.stands_for[*t as usize].contains(&standing);
-        let mut moved = moved.iter().map(|t| Target::new(self.corners(*t)));
-        !self.held[gone as usize]
-            || moved.any(|target| target.touches(&self.place(standing)))
-            || !self.around[gone as usize].iter().any(stands_for_it)
+    /// Whether triangles pass through a place.
+    fn passes(&self, triangles: &[[u32; 3]], center: Vec3) -> bool {
+        let half = Vec3::splat(ROUNDING);
+        let touches =
+            |t: &[u32; 3]| Target::new(self.corners(*t)).touches(&Cuboid { center, half });
+        triangles.iter().any(touches)
     }
 
-    /// For what some triangles stand for, which of others touches each; `None` where none touches one.
-    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Few<Standing>> {
-        let standing = || before.iter().map(|t| &self.stands_for[*t as usize]);
+    /// For the voxels of some triangles, which of others touches each; `None` where none touches one.
+    fn divided(&self, before: &[u32], after: &[[u32; 3]]) -> Option<Few<Voxels>> {
+        let voxels = || before.iter().map(|t| &self.voxels[*t as usize]);
         let targets: Few<Target> = after
             .iter()
             .map(|t| Target::new(self.corners(*t)))
             .collect();
         // The last that touched one is likely to touch the next.
         let mut last = 0;
-        let mut touching = |standing: &u32| {
-            let place = self.place(*standing);
-            let is_touching = |target: &usize| targets[*target].touches(&place);
+        let mut touching = |voxel: &u32| {
+            let place = &self.boxes[*voxel as usize];
+            let is_touching = |target: &usize| targets[*target].touches(place);
             let order = std::iter::once(last).chain((0..targets.len()).filter(|t| *t != last));
             let found = order.filter(|t| *t < targets.len()).find(is_touching);
             last = found.unwrap_or(last);
             found
         };
         // What is refused is mostly refused by many voxels: a few tell soon.
-        for all in standing() {
-            let few = all.iter().step_by(all.len() / 8 + 1);
+        for voxels in voxels() {
+            let few = voxels.iter().step_by(voxels.len() / 8 + 1);
             if few.map(&mut touching).any(|found| found.is_none()) {
                 return None;
             }
         }
-        let mut divided: Few<Standing> = SmallVec::from_elem(Standing::new(), after.len());
-        for one in standing().flatten() {
-            divided[touching(one)?].push(*one);
+        let mut divided: Few<Voxels> = SmallVec::from_elem(Voxels::new(), after.len());
+        for voxel in voxels().flatten() {
+            divided[touching(voxel)?].push(*voxel);
         }
         Some(divided)
     }
@@ -471,21 +442,16 @@ impl Work {
 
     fn result(self) -> Mesh {
         let mut result = Mesh::default();
-        let count = self.boxes.len() as u32;
         let mut moved = vec![None; self.positions.len()];
-        for (triangle, standing) in self.triangles.into_iter().zip(self.stands_for) {
+        for (triangle, voxels) in self.triangles.into_iter().zip(self.voxels) {
             let Some(triangle) = triangle else { continue };
             result.triangles.push(triangle.map(|vertex| {
                 *moved[vertex as usize].get_or_insert_with(|| {
                     result.positions.push(self.positions[vertex as usize]);
-                    result.held.push(self.held[vertex as usize]);
                     result.positions.len() as u32 - 1
                 })
             }));
-            let is_voxel = |id: &u32| *id < count;
-            result
-                .voxels
-                .push(standing.into_iter().filter(is_voxel).collect());
+            result.voxels.push(voxels.into_vec());
         }
         result
     }
@@ -526,8 +492,8 @@ mod tests {
     }
 
     proptest! {
-        /// No voxel that a triangle stood for is lost, nor a vertex that was held, by brute force; the mesh
-        /// keeps its pieces and holes; what is simplified is simple.
+        /// No voxel that a triangle stood for is lost, by brute force; the mesh keeps its pieces and holes;
+        /// what is simplified is simple.
         #[test]
         fn no_voxel_is_lost(
             blob in blobs(), enlarged in 1.0..2.0f32,
@@ -547,12 +513,6 @@ mod tests {
                     .filter(|(_, voxels)| voxels.contains(&voxel))
                     .map(|(t, _)| t.map(|v| simple.positions[v as usize]));
                 prop_assert!(standing.any(|t| Target::new(t).touches(place)));
-            }
-            for (center, _) in mesh.positions.iter().zip(&mesh.held).filter(|(_, held)| **held) {
-                let half = Vec3::splat(enlarged / 3.0);
-                let place = Cuboid { center: *center, half };
-                let mut all = simple.triangles.iter().map(|t| t.map(|v| simple.positions[v as usize]));
-                prop_assert!(all.any(|t| Target::new(t).touches(&place)), "shrunk from {center}");
             }
             let again = simplify(simple, &layers, enlarged);
             prop_assert!(again.mesh.triangles.len() <= simple.triangles.len());
