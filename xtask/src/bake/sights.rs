@@ -102,7 +102,8 @@ impl Sights<'_> {
     fn view(&self, viewpoint: u64) -> Camera {
         let Settings { cell, camera, .. } = self.settings;
         let eye = eye(cell, viewpoint);
-        Camera::looking_at(eye, self.center(), camera.fov, camera.resolution)
+        let view = Camera::looking_at(eye, self.center(), camera.fov, camera.resolution);
+        view.shifted(aside(viewpoint))
     }
 
     /// What is looked at.
@@ -128,10 +129,8 @@ impl Sights<'_> {
             let view = self.view(index);
             let original = rasterize(seen, self.textures, &view).depth;
             let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
-            let aside = aside(index);
-            let shifted = view.shifted(aside);
-            let shown = rasterize(&mesh, &mesh_textures, &shifted).depth;
-            let gaps = self.open(aside, [&view, &shifted], [&original, &shown], &farthest);
+            let shown = rasterize(&mesh, &mesh_textures, &view).depth;
+            let gaps = self.open(&view, [&original, &shown], &farthest);
             let place = |[x, y]: [usize; 2]| {
                 let in_view = view.view_from_pixel(middle([x, y]), original[(x, y)]);
                 let point = view.pose.point_in_world(in_view);
@@ -143,28 +142,28 @@ impl Sights<'_> {
         views.concat()
     }
 
-    /// Pixels in which a picture of the mesh, taken from a little aside, shows nothing or what is by more
-    /// layers than allowed behind all that the original shows around, if it is covered there.
+    /// Pixels in which a picture of the mesh shows nothing or what is by more layers than allowed behind
+    /// all that the original shows in them and around, if it is covered there.
     fn open(
         &self,
-        aside: DVec2,
-        cameras: [&Camera; 2],
+        camera: &Camera,
         [original, shown]: [&Grid<f64>; 2],
         farthest: &Grid<f64>,
     ) -> Vec<[usize; 2]> {
         let borders = self.stack.borders();
-        let [of_original, of_shown] =
-            cameras.map(|camera| LayersSeen::new(camera, &self.stack.pose, &borders));
+        let layers = LayersSeen::new(camera, &self.stack.pose, &borders);
+        let seen =
+            |picture: &Grid<f64>, [x, y]: [usize; 2]| layers.at(middle([x, y]), picture[(x, y)]);
         let is_gap = |[x, y]: &[usize; 2]| {
-            let seen = of_shown.at(middle([*x, *y]), shown[(*x, *y)]);
-            let around = around(*y, aside.y, original.height())
-                .flat_map(|y| around(*x, aside.x, original.width()).map(move |x| [x, y]));
-            let behind = around.map(|at| of_original.at(middle(at), original[(at[0], at[1])]));
-            let behind = behind.max().expect("a pixel is around itself");
+            let around = (y - 1..=y + 1).flat_map(|y| (x - 1..=x + 1).map(move |x| [x, y]));
+            let behind = around.map(|at| seen(original, at)).max();
+            let behind = behind.expect("a pixel is around itself");
+            let seen = seen(shown, [*x, *y]);
             behind != NONE && (seen == NONE || seen > behind + SLACK)
         };
         let pixels = (0..shown.height()).flat_map(|y| (0..shown.width()).map(move |x| [x, y]));
-        // What lies before the farthest around is no gap, and quick to tell.
+        // What lies before the farthest around is no gap, and quick to tell; at the picture's border nothing
+        // is behind it.
         let suspect = |[x, y]: &[usize; 2]| shown[(*x, *y)] > farthest[(*x, *y)];
         pixels.filter(suspect).filter(is_gap).collect()
     }
@@ -185,13 +184,6 @@ fn aside(viewpoint: u64) -> DVec2 {
         true => DVec2::ZERO,
         false => random_point(viewpoint, SEED).truncate() - 0.5,
     }
-}
-
-/// Pixels along an axis that reach to a pixel and a half from what is looked at in one of them.
-fn around(pixel: usize, aside: f64, count: usize) -> Range<usize> {
-    let before = if aside < 0.0 { 2 } else { 1 };
-    let behind = if aside > 0.0 { 2 } else { 1 };
-    pixel.saturating_sub(before)..(pixel + behind + 1).min(count)
 }
 
 fn middle([x, y]: [usize; 2]) -> DVec2 {
