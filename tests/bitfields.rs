@@ -13,8 +13,18 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::{
     BakeReport, BitfieldsOptions, BuiltIn, Console, SampleChoice, SceneChoice, SeenFrom,
-    VerifyOptions, bake_bitfields, verify,
+    VerifyOptions, VerifyReport, Views, bake_bitfields, verify,
 };
+
+/// What a single view shows.
+fn looked_at(dir: &Path, view: u64) -> VerifyReport {
+    let options = VerifyOptions {
+        dir: dir.to_owned(),
+        scene: None,
+        views: Views::One(view),
+    };
+    verify(&options, &Console::Silent).expect("the bundle can be verified")
+}
 
 /// A bake for small pictures that is judged by few views.
 fn options(scene: SceneChoice, out: &Path) -> BitfieldsOptions {
@@ -249,16 +259,15 @@ fn hidden_boxes_are_culled_and_nothing_is_missed() {
 #[test]
 fn single_views_leave_pictures_only() {
     let baked = Baked::of(&boxes(), |_| {});
-    let options = VerifyOptions {
-        dir: baked.dir(),
-        scene: None,
-        views: 7..8,
-    };
-    let report = verify(&options, &Console::Silent).unwrap();
-    assert!(report.holds && report.worst_view == 7);
-    assert!(!baked.dir().join("report.html").exists());
-    let pictures = fs::read_dir(baked.dir().join("report")).unwrap();
-    assert_eq!(pictures.count(), 4);
+    for (view, pictures) in [(7, 4), (0, 8)] {
+        let report = looked_at(&baked.dir(), view);
+        assert!(report.holds && report.worst_view == view);
+        for file in ["report.html", "verify.json", CERTIFICATE_FILE] {
+            assert!(!baked.dir().join(file).exists(), "view {view} left {file}");
+        }
+        let left = fs::read_dir(baked.dir().join("report")).unwrap();
+        assert_eq!(left.count(), pictures);
+    }
 }
 
 /// The built-in house, with the usual options but for the size of its pictures.
@@ -490,7 +499,7 @@ fn lost_ranges_are_found() {
     let options = VerifyOptions {
         dir: baked.dir(),
         scene: None,
-        views: 0..32,
+        views: Views::First(32),
     };
     let message = format!("{:#}", verify(&options, &Console::Silent).unwrap_err());
     assert!(
@@ -547,7 +556,7 @@ fn changed_geometry_is_found() {
         let options = VerifyOptions {
             dir: baked.dir(),
             scene: None,
-            views: 1..3,
+            views: Views::One(1),
         };
         let found = match verify(&options, &Console::Silent) {
             Ok(report) => report.broken.join("; "),
@@ -589,7 +598,7 @@ fn impossible_bundles_are_refused() {
         let options = VerifyOptions {
             dir: baked.dir(),
             scene: None,
-            views: 1..3,
+            views: Views::One(1),
         };
         let message = format!("{:#}", verify(&options, &Console::Silent).unwrap_err());
         assert!(message.contains(what), "{message}, expected {what}");

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
     DeviceChoice, Foliage, Limits, MOST_VIEWS, Making, SampleChoice, SceneChoice, SeenFrom,
-    VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions,
+    VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, Views, WindowOptions,
     bake_bitfields, bake_on, cells_from_argument, distances_from_argument, export, page_content,
     page_program, picture_size, require_export, require_layers, require_volume, serve, verify_on,
     window,
@@ -286,7 +286,7 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
             &VerifyOptions {
                 dir: report.bundle.clone(),
                 scene: None,
-                views: 0..VIEWS,
+                views: Views::First(VIEWS),
             },
             &device,
             &Console::Stderr,
@@ -469,8 +469,8 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
         dir: args.dir,
         scene: args.scene,
         views: match args.view {
-            Some(view) => view..view + 1,
-            None => 0..args.views,
+            Some(view) => Views::One(view),
+            None => Views::First(args.views),
         },
     };
     let device = args.device.open()?;

@@ -57,7 +57,7 @@ pub(super) fn verify(
             impostor: cost_of_a_list(&display, lists.ranges()),
         },
     );
-    let whole = options.views.start == 0;
+    let whole = options.views.verify();
     let mut figures = looked.figures();
     if let Some(orbit) = lists.orbit().filter(|_| whole) {
         figures.over_samples = console.stage("samples", || {
@@ -113,7 +113,7 @@ pub(super) fn verify(
 const CHUNK: u64 = 256;
 
 fn look_at_all(sides: &Sides<'_>, options: &VerifyOptions, console: &Console) -> Looked {
-    let views = options.views.clone();
+    let views = options.views.numbers();
     let bar = console.bar("look", views.end - views.start);
     let mut looked = Looked::of(sides.triangles());
     for start in views.clone().step_by(CHUNK as usize) {
