@@ -519,7 +519,38 @@ fn lost_ranges_are_found() {
     assert!(report.broken[0].contains("view ") && report.broken[0].contains(" at ("));
     let figures = report.bitfields.unwrap();
     assert!(figures.missed_pixels > 0 && figures.wrong_pixels > 0);
+    assert!(figures.may_miss_more_than_promised < Some(figures.missing_more_than_promised));
     assert!(!baked.dir().join(CERTIFICATE_FILE).exists());
+
+    // The worst view alone decides nothing of a share of all views, but of all of them.
+    let worst = looked_at(&baked.dir(), report.worst_view);
+    assert!(worst.holds, "{:?}", worst.broken);
+    assert!(worst.undecided[0].contains("one view decides nothing"));
+    let shown = worst.bitfields.unwrap();
+    assert_eq!(shown.missing_more_than_promised, 1);
+    assert_eq!(shown.may_miss_more_than_promised, None);
+    let of_all = Manifest {
+        promise: farfield_bundle::Promise {
+            missed_share: None,
+            ..manifest.promise.clone()
+        },
+        ..manifest.clone()
+    };
+    baked.write(&of_all, &lists, &display);
+    let worst = looked_at(&baked.dir(), report.worst_view);
+    assert!(!worst.holds && worst.undecided.is_empty());
+
+    // As many as were found are no surprise where it is promised of as few.
+    let mut of_few = of_all;
+    let missing = figures.missing_more_than_promised as f64 / 32.0;
+    of_few.promise.missed_share = Some((1.0 - missing).max(0.001));
+    baked.write(&of_few, &lists, &display);
+    let report = verified(&baked.dir(), 32);
+    assert!(
+        report.holds && report.undecided.is_empty(),
+        "{:?}",
+        report.broken
+    );
 
     // As it was, it holds.
     count(&mut manifest, &sound);
