@@ -206,7 +206,7 @@ struct VerifyArgs {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
-    /// then an even sequence of points inside; of bitfields directions and distances spread evenly.
+    /// then an even sequence of points inside; of bitfields directions and distances in no order.
     #[arg(long, default_value_t = VIEWS, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
     views: u64,
     /// Looks from this viewpoint only, and writes its pictures.

@@ -58,7 +58,8 @@ pub struct VerifyOptions {
 /// and face centres, from 27 on points spread evenly in it. Of several impostors each is seen in turn: of
 /// six the first has the views 0, 6, 12 and so on for these.
 ///
-/// Of bitfields they are spread evenly over all directions, and over the distances.
+/// Of bitfields they are independent of each other: in all directions alike, and from distances whose
+/// reciprocals are spread evenly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Views {
     /// So many, from number 0 on: they verify the bundle.

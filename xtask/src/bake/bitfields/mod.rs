@@ -260,6 +260,12 @@ const AIM: &str = "The camera looks at the centre of what is represented, from b
 const ANYWHERE: &str = "The camera looks anywhere, from the view cell; inside of what is solid it sees \
     what it can.";
 
+/// What all views are of which a share is promised.
+const ALL_AROUND: &str = "All views are those in all directions alike, from distances whose reciprocals are \
+    spread evenly between the two.";
+const ALL_WITHIN: &str = "All views are those in all directions alike, 19 of 27 from faces, edges and corners \
+    of the view cell, and the others from anywhere within.";
+
 /// What may be missed.
 const MISSED: &str = "A pixel is missed where the triangle that it shows is not drawn. Blended surfaces \
     are drawn for every direction and hide nothing.";
@@ -289,14 +295,14 @@ pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
         percent(share),
         percent(1.0 - DOUBT)
     );
-    let aim = match space {
-        ViewSpace::Inside { .. } => ANYWHERE,
-        _ => AIM,
+    let [aim, all] = match space {
+        ViewSpace::Inside { .. } => [ANYWHERE, ALL_WITHIN],
+        _ => [AIM, ALL_AROUND],
     };
     Promise {
         missed_pixels: Some(most),
         missed_share: Some(share),
-        notes: vec![aim.into(), MISSED.into(), found],
+        notes: vec![aim.into(), MISSED.into(), found, all.into()],
         ..Promise::default()
     }
 }
@@ -494,7 +500,7 @@ mod tests {
             far: 8.0,
         };
         let promise = promise(&space, missed);
-        let [.., found] = &promise.notes[..] else {
+        let [.., found, _] = &promise.notes[..] else {
             panic!("it is not told how that was found");
         };
         assert!(
