@@ -52,7 +52,7 @@ pub struct BitfieldsOptions {
     /// Views, held back from the samples, that these are judged by: adaptive ones must miss nothing in
     /// so many one after another. By default [`HELD_BACK`] or [`HELD_BACK_INSIDE`].
     pub held_back: Option<u32>,
-    /// Moves the views that are held back.
+    /// Moves the views that are held back, by all but its first two bits.
     pub seed: u64,
     /// The bundle's folder; by default `target/farfield/<scene>-bitfields`.
     pub out: Option<PathBuf>,
@@ -176,9 +176,13 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     if scene.objects.is_empty() {
         bail!("{}: no triangle has an area that can be seen", in_scene());
     }
+    let seeded = BitfieldsOptions {
+        seed: salted(options.seed),
+        ..options.clone()
+    };
     let made = match &options.seen_from {
         SeenFrom::Around { distances, samples } => {
-            around::made(&scene, represented, samples, *distances, options, console)?
+            around::made(&scene, represented, samples, *distances, &seeded, console)?
         }
         &SeenFrom::Inside {
             center,
@@ -187,7 +191,7 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         } => {
             let fov = options.fov_degrees.to_radians();
             let inside = Inside::new([center, size], cells, fov, options.resolution)?;
-            inside::made(&scene, &inside, options, console)?
+            inside::made(&scene, &inside, &seeded, console)?
         }
     };
 
@@ -211,6 +215,12 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     summarise(&manifest, &made, console);
     console.say(format_args!("  bundle in {}", dir.display()));
     Ok(report(&manifest, &made, dir, start))
+}
+
+/// The seed of the views that a bake learns from; of those that tell what it promises it is the complement.
+/// Whatever the user's, neither is that of `verify`, whose first two bits are alike: here they differ.
+fn salted(seed: u64) -> u64 {
+    1 << 63 | seed & (u64::MAX >> 2)
 }
 
 /// Says that adaptive samples were given up.
@@ -523,6 +533,22 @@ mod tests {
         let many: Vec<u64> = (0..200).collect();
         assert_eq!(promised(&many), (197, 0.95));
         assert_eq!([0.95, 0.999, 1.0].map(percent), ["95 %", "99.9 %", "100 %"]);
+    }
+
+    /// No seed lets a bake learn from the views that `verify` takes, or from those that judge it, nor takes
+    /// these for each other; and usual seeds are not taken for each other.
+    #[test]
+    fn seeds_of_views_are_apart() {
+        use crate::viewpoints::SEED;
+        for seed in [0, 1, SEED, !SEED, SEED | 1 << 63, !SEED | 1 << 63, u64::MAX] {
+            let [learnt, judging] = [salted(seed), !salted(seed)];
+            assert!(
+                learnt != SEED && judging != SEED && learnt != judging,
+                "{seed:x}"
+            );
+            assert!((0..7).all(|other| salted(other) != judging), "{seed:x}");
+        }
+        assert!(salted(0) != salted(1) && salted(SEED) != salted(!SEED));
     }
 
     /// What readers refuse is not written, and the message says what to do.
