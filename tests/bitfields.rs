@@ -209,8 +209,8 @@ fn hidden_boxes_are_culled_and_nothing_is_missed() {
     let baked = Baked::of(&boxes(), |_| {});
     let found = baked.report.bitfields.expect("these are bitfields");
     assert_eq!(baked.report.triangles_in, 127 * 12);
-    // 0.9542^64 = 0.05.
-    assert_eq!((found.missed_pixels, found.missed_share), (0, 0.9542));
+    // 0.997^1000 = 0.05: so many judge it, however few were held back.
+    assert_eq!((found.missed_pixels, found.missed_share), (0, 0.997));
     assert_eq!(neighbors(&baked.manifest()), Some(true));
     assert_eq!(found.always_drawn, 12);
     assert!(found.culled > 0.3, "{} culled", found.culled);
@@ -287,7 +287,7 @@ fn given_samples_promise_what_was_measured() {
     let culled = [8, 40].map(|samples| {
         let baked = Baked::of(&boxes(), |options| {
             options.seen_from = around(None, SampleChoice::Even(samples));
-            options.held_back = Some(128);
+            options.held_back = Some(1200);
         });
         let found = baked.report.bitfields.unwrap();
         assert_eq!(found.viewpoints, samples);
@@ -297,7 +297,7 @@ fn given_samples_promise_what_was_measured() {
         assert!(report.holds, "{:?}", report.broken);
         assert!(report.bitfields.unwrap().missed_pixels_p95 <= found.missed_pixels);
         let notes = baked.manifest().promise.notes.join(" ");
-        assert!(notes.contains("of 128 views"), "{notes}");
+        assert!(notes.contains("of 1200 views"), "{notes}");
         found.culled
     });
     assert!(culled[0] < culled[1], "{culled:?}");

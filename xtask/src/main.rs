@@ -106,9 +106,9 @@ struct BakeArgs {
     /// fits into the picture to four times as far]
     #[arg(long, value_name = "MIN:MAX", value_parser = distances_from_argument)]
     distances: Option<[f64; 2]>,
-    /// Of bitfields, how many views, that the samples were not taken from, judge them: without --samples
-    /// so many one after another must miss nothing. [default: 3000, and with a view cell 100 in each of
-    /// its cells, all around]
+    /// Of bitfields without --samples, how many views one after another must miss nothing, that the samples
+    /// were not taken from. As many others, 1000 at least, tell what is promised, with --samples too; with a
+    /// view cell 1000. [default: 3000, and with a view cell 100 in each of its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
     /// Of bitfields, chooses other views to be held back. [default: 0]

@@ -3,7 +3,7 @@
 use super::grouped::Grouped;
 use super::sampler::Sampler;
 use super::samples::{self, SampleChoice};
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
+use super::{BitfieldsOptions, JUDGING, Made, list_file, listed_ranges, misses};
 use crate::console::Console;
 use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
@@ -104,7 +104,8 @@ pub(super) fn made(
         let ranges = lookup.ranges(camera.pose.eye - orbit.center);
         sampler.missed(&grouped, ranges, &orbit.window(&camera))
     };
-    let missed = console.stage("look", || misses(options.held_back(), missed));
+    let judging = options.held_back().max(JUDGING);
+    let missed = console.stage("look", || misses(judging, missed));
     let viewpoints = lookup.faces().directions().len() as u32;
     Ok(Made {
         lists: lookup.lists().clone(),

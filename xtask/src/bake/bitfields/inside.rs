@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use super::sampler::Sampler;
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, solids};
+use super::{BitfieldsOptions, JUDGING, Made, list_file, listed_ranges, misses, solids};
 use crate::console::Console;
 use crate::inside::Inside;
 use crate::orbit::FINER;
@@ -23,9 +23,6 @@ const MOST_SAMPLES: u32 = 400;
 /// So many times as many views as must miss nothing are looked at before it is given up: where thousands
 /// of small things are seen past each other, some pixel is always missed.
 const PATIENCE: u32 = 4;
-
-/// Pictures that tell what is promised.
-const MEASURED: u32 = 1000;
 
 /// What is drawn of a scene for each view cell of a box.
 pub(super) fn made(
@@ -84,7 +81,7 @@ pub(super) fn made(
         let ranges = lists.of(inside.list(camera.pose.eye));
         sampler.missed(&grouped, ranges, &camera)
     };
-    let missed = console.stage("look", || misses(MEASURED, missed));
+    let missed = console.stage("look", || misses(JUDGING, missed));
     let file = list_file(
         CELLS_FILE,
         cell_lists(&lists, parts).to_json(),

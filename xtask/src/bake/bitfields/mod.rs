@@ -118,6 +118,10 @@ impl BitfieldsOptions {
     }
 }
 
+/// So many views tell what is promised, or more: with fewer a share would be promised that nobody can rely on.
+/// A thousand tell of 99.7 % if all of them are clean.
+const JUDGING: u32 = 1000;
+
 /// Where views miss something, a bundle promises of so large a share of all that none misses more than it
 /// says: what so large a share of those that the bake looked at did not. The difference is for chance.
 const PROMISED_SHARE: f64 = 0.95;
@@ -140,7 +144,7 @@ struct Made {
     /// Whether neighbours of what these saw were added.
     neighbors: bool,
     space: ViewSpace,
-    /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
+    /// How many pixels each of [`JUDGING`] views or more misses that nothing was learnt from, ascending.
     missed: Vec<u64>,
     /// What should be known of the samples.
     warning: Option<String>,
@@ -195,7 +199,9 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         }
     };
 
+    let promise = promise(&made.space, &made.missed);
     loaded.warnings.extend(made.warning.clone());
+    loaded.warnings.extend(warning_of_many(options, &promise));
     let display = made.grouped.ordered(&scene);
     let files = console.stage("encode", || encode(&display, &made.file))?;
     loaded
@@ -209,7 +215,7 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         body: Body::Bitfields(body(&scene, &made)),
     };
     let manifest = manifest(
-        options, &loaded, exclude, &made, before, &display, impostor, &dir,
+        options, &loaded, exclude, &made, promise, before, &display, impostor, &dir,
     )?;
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
     summarise(&manifest, &made, console);
@@ -229,6 +235,27 @@ fn warn_of_misses(clean_views: u32, held_back: u32, console: &Console) {
         "views did not stop to miss something: of the last {clean_views} none did, but --held-back asks \
          for {held_back}; what others miss is promised, as with --samples"
     ));
+}
+
+/// What to do where so much may be missed that it shows: more than a hundredth of a picture.
+fn warning_of_many(options: &BitfieldsOptions, promise: &Promise) -> Option<String> {
+    let missed = promise.missed_pixels.unwrap_or(0);
+    let remedy = match &options.seen_from {
+        SeenFrom::Around { samples, .. } => match samples {
+            SampleChoice::Adaptive => "ask for more clean views with --held-back",
+            SampleChoice::Even(_) | SampleChoice::Listed(_) => {
+                "name more viewpoints with --samples, or leave it out, so that they are added where \
+                 something is missed"
+            }
+        },
+        SeenFrom::Inside { .. } => {
+            "ask for more clean views with --held-back, or cut the view cell into more with --cells"
+        }
+    };
+    let is_many = 100 * missed > u64::from(options.resolution).pow(2);
+    is_many.then(|| {
+        format!("{missed} missed pixels are promised, more than 1 % of the picture: {remedy}")
+    })
 }
 
 /// How many pixels each of some views misses, ascending.
@@ -282,17 +309,19 @@ const MISSED: &str = "A pixel is missed where the triangle that it shows is not 
 
 /// What is promised, and how it was found: by looking from views that nothing was learnt from.
 ///
-/// * `missed` - pixels that each of them misses, ascending; at least one
+/// * `missed` - pixels that each of them misses, ascending
+///
+/// # Panics
+///
+/// When these are fewer than [`JUDGING`].
 pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
     let count = missed.len();
+    assert!(count >= JUDGING as usize, "{count} views are too few");
     // If a smaller share of all views missed no more than the worst of these, they would be so good with a
     // probability of share^count = DOUBT at most. Rounded down.
     let sure = (DOUBT.powf(1.0 / count as f64) * 1e4).floor() / 1e4;
-    let worst = *missed.last().expect("some views were looked at");
-    let (most, share, found) = match worst {
+    let (most, share, found) = match missed[count - 1] {
         0 => (0, sure, "none missed any".into()),
-        // Too few for more.
-        _ if sure < PROMISED_SHARE => (worst, sure, "none missed more".into()),
         _ => (
             percentile(missed, MEASURED_SHARE),
             PROMISED_SHARE,
@@ -386,6 +415,7 @@ fn manifest(
     loaded: &Loaded,
     exclude: Vec<String>,
     made: &Made,
+    promise: Promise,
     before: Cost,
     display: &Scene,
     impostor: Impostor,
@@ -411,7 +441,7 @@ fn manifest(
             exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, dir)?,
-        promise: promise(&made.space, &made.missed),
+        promise,
         statistics: Statistics {
             before,
             after: cost_of_a_list(display, &made.lists),
@@ -523,16 +553,53 @@ mod tests {
         )
     }
 
-    /// No more is promised than so many views can tell: of a thousand clean ones not that all are; of a few
-    /// not that 95 % are as good as most of them.
+    /// No more is promised than so many views can tell: of a thousand clean ones not that all are.
     #[test]
     fn no_more_is_promised_than_views_can_tell() {
         assert_eq!(promised(&[0; 3000]), (0, 0.999));
         assert_eq!(promised(&[0; 1000]), (0, 0.997));
-        assert_eq!(promised(&[0, 0, 0, 0, 7]), (7, 0.5492));
-        let many: Vec<u64> = (0..200).collect();
-        assert_eq!(promised(&many), (197, 0.95));
+        let many: Vec<u64> = (0..1000).collect();
+        assert_eq!(promised(&many), (989, 0.95));
         assert_eq!([0.95, 0.999, 1.0].map(percent), ["95 %", "99.9 %", "100 %"]);
+    }
+
+    /// More than a hundredth of the picture is warned of, with what helps.
+    #[test]
+    fn many_missed_pixels_are_warned_of() {
+        let scene = SceneChoice::BuiltIn(crate::built_in::BuiltIn::House);
+        let warning = |missed, seen_from| {
+            let options = BitfieldsOptions {
+                resolution: 100,
+                seen_from,
+                ..BitfieldsOptions::new(scene.clone())
+            };
+            let promise = Promise {
+                missed_pixels: Some(missed),
+                ..Promise::default()
+            };
+            warning_of_many(&options, &promise)
+        };
+        let around = |samples| SeenFrom::Around {
+            distances: None,
+            samples,
+        };
+        let inside = SeenFrom::Inside {
+            center: DVec3::ZERO,
+            size: DVec3::ONE,
+            cells: [1; 3],
+        };
+        for (seen_from, remedy) in [
+            (around(SampleChoice::Adaptive), "--held-back"),
+            (around(SampleChoice::Even(4)), "--samples"),
+            (inside, "--cells"),
+        ] {
+            assert_eq!(warning(100, seen_from.clone()), None);
+            let told = warning(101, seen_from).expect("it is warned");
+            assert!(
+                told.starts_with("101 missed pixels") && told.contains(remedy),
+                "{told}"
+            );
+        }
     }
 
     /// No seed lets a bake learn from the views that `verify` takes, or from those that judge it, nor takes
