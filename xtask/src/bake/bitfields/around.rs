@@ -222,11 +222,12 @@ fn adaptive(
     } = adapted;
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
     console.say(format_args!(
-        "  {} viewpoints; of {looked} views {missing} missed something, none of the last {clean_views}",
+        "  {} viewpoints; of {looked} views {missing} missed something; clean in a row at last: {clean_views}",
         sets.len()
     ));
     if clean_views < held_back {
-        super::warn_of_misses(clean_views, held_back, console);
+        let missing = format_args!("{missing} of {looked}");
+        super::warn_of_misses(missing, held_back, console);
     }
     Ok((faces, sets))
 }

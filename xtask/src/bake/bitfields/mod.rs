@@ -230,10 +230,12 @@ fn salted(seed: u64) -> u64 {
 }
 
 /// Says that adaptive samples were given up.
-fn warn_of_misses(clean_views: u32, held_back: u32, console: &Console) {
+///
+/// * `missing` - how many views missed something
+fn warn_of_misses(missing: impl std::fmt::Display, held_back: u32, console: &Console) {
     console.warn(format_args!(
-        "views did not stop to miss something: of the last {clean_views} none did, but --held-back asks \
-         for {held_back}; what others miss is promised, as with --samples"
+        "views did not stop to miss something: {missing} did, and --held-back asks for {held_back} in a row \
+         that do not; what others miss is promised, as with --samples"
     ));
 }
 
