@@ -243,7 +243,7 @@ fn hidden_boxes_are_culled_and_nothing_is_missed() {
     let figures = report.bitfields.expect("these are bitfields");
     assert_eq!((figures.missed_pixels, figures.wrong_pixels), (0, 0));
     assert!(figures.culled > 0.3 && report.covered_pixels > 10_000);
-    // The paper's figures: more samples cull more; six samples cull less than three.
+    // More samples cull more, as the paper has it; six samples cull less than three.
     let over = figures.over_samples;
     assert!(over.is_sorted_by(|a, b| a.samples < b.samples));
     assert!(over.iter().all(|o| o.culled_by_six <= o.culled_by_three));
