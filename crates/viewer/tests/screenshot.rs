@@ -28,7 +28,9 @@ fn blocks(folder: &Path) -> SceneChoice {
                 x + u * turn.cos() - v * turn.sin(),
                 z + u * turn.sin() + v * turn.cos(),
             ];
-            [x, if i >> 2 == 1 { height } else { 0.0 }, z]
+            // Blocks begin inside of the slab: of faces in one plane, seen from below, any may be drawn.
+            let bottom = height / 30.0;
+            [x, if i >> 2 == 1 { height } else { bottom }, z]
         };
         for [x, y, z] in (0..8).map(corner) {
             text += &format!("v {x} {y} {z}\n");
