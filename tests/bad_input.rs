@@ -7,7 +7,7 @@ use glam::Vec3;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use xtask::{BuiltIn, Console, SceneChoice, VerifyOptions, VerifyReport, bake, verify};
+use xtask::{BuiltIn, Console, SceneChoice, VerifyOptions, VerifyReport, Views, bake, verify};
 
 /// The message of a bake that must fail and leave its folder as it was.
 fn refusal(scene: &Path, cell: Option<&str>) -> String {
@@ -147,7 +147,7 @@ fn looked_at(dir: &Path, scene: Option<PathBuf>) -> anyhow::Result<VerifyReport>
     let options = VerifyOptions {
         dir: dir.to_owned(),
         scene,
-        views: 0..1,
+        views: Views::First(1),
     };
     verify(&options, &Console::Silent)
 }
@@ -304,7 +304,7 @@ fn a_scene_that_was_changed_is_refused() {
             dir: dir.clone(),
             scene: None,
             // As many as give colours of so small pictures a reliable mean.
-            views: 0..27,
+            views: Views::First(27),
         };
         verify(&options, &Console::Silent)
     };

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
-use xtask::{Arrangement, BakeOptions, Console, Making, VerifyOptions, bake, verify};
+use xtask::{Arrangement, BakeOptions, Console, Making, VerifyOptions, Views, bake, verify};
 
 /// Reads a scene: it is sound, or the message is one line that names the file.
 fn check_import(path: &Path) -> Result<(), String> {
@@ -36,7 +36,7 @@ fn check_verify(folder: &Path) -> Result<(), String> {
     let options = VerifyOptions {
         dir: folder.join("bundle"),
         scene: None,
-        views: 0..2,
+        views: Views::First(2),
     };
     match verify(&options, &Console::Silent) {
         Ok(_) => Ok(()),
@@ -85,7 +85,7 @@ fn the_good_files_are_good() {
     let options = VerifyOptions {
         dir,
         scene: None,
-        views: 0..27,
+        views: Views::First(27),
     };
     let report = verify(&options, &Console::Silent).unwrap();
     assert!(report.holds, "{:?}", report.broken);
@@ -250,7 +250,7 @@ fn refused_at(folder: &Path, file: &str) -> String {
     let options = VerifyOptions {
         dir: folder.join("bundle"),
         scene: None,
-        views: 0..1,
+        views: Views::First(1),
     };
     let error = verify(&options, &Console::Silent).expect_err("it must be refused");
     let message = format!("{error:#}");

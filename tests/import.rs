@@ -7,7 +7,7 @@ use farfield_scene::Scene;
 use glam::DVec3;
 use std::fs;
 use std::path::Path;
-use xtask::{Console, SceneChoice, VerifyOptions, bake, verify};
+use xtask::{Console, SceneChoice, VerifyOptions, Views, bake, verify};
 
 /// A real model, where there is one, and whether all in it fits together.
 fn imported(name: &str) -> Option<Imported> {
@@ -174,7 +174,7 @@ fn an_obj_file_holds_and_is_known_again() {
         let look = VerifyOptions {
             dir: dir.clone(),
             scene: None,
-            views: 0..1,
+            views: Views::First(1),
         };
         let message = format!("{:#}", verify(&look, &Console::Silent).unwrap_err());
         assert!(

@@ -16,7 +16,7 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 use std::fs;
 use std::path::Path;
-use xtask::{Console, Making, VerifyOptions, bake, verify};
+use xtask::{Console, Making, VerifyOptions, Views, bake, verify};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
@@ -64,7 +64,7 @@ fn looked_at(folder: &Path) -> bool {
     let options = VerifyOptions {
         dir: folder.join("bundle"),
         scene: None,
-        views: 0..1,
+        views: Views::First(1),
     };
     verify(&options, &Console::Silent).is_ok()
 }

@@ -4,7 +4,7 @@ use farfield_bundle::{GLTF_FILE, Manifest, NewFile};
 use farfield_scene::Scene;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use xtask::{BakeOptions, Console, SceneChoice, VerifyOptions, VerifyReport};
+use xtask::{BakeOptions, Console, SceneChoice, VerifyOptions, VerifyReport, Views};
 
 /// A bake of a scene for a picture of `resolution` pixels a side.
 pub(crate) fn options(scene: SceneChoice, resolution: u32, out: &Path) -> BakeOptions {
@@ -34,7 +34,7 @@ pub(crate) fn verified(dir: &Path, views: u64) -> VerifyReport {
     let options = VerifyOptions {
         dir: dir.to_owned(),
         scene: None,
-        views: 0..views,
+        views: Views::First(views),
     };
     xtask::verify(&options, &Console::Silent).expect("the bundle can be verified")
 }

@@ -7,7 +7,9 @@ use farfield_scene::{AlphaMode, Material, Mesh, Object, Scene};
 use farfield_views::{Camera, ViewCell, low_discrepancy_point, sphere_direction};
 use glam::{DAffine3, DQuat, DVec3, Vec2, Vec4};
 use std::path::Path;
-use xtask::{Arrangement, BakeOptions, BuiltIn, Console, SceneChoice, VerifyOptions, bake, verify};
+use xtask::{
+    Arrangement, BakeOptions, BuiltIn, Console, SceneChoice, VerifyOptions, Views, bake, verify,
+};
 
 /// The smallest town.
 const TOWN: BuiltIn = BuiltIn::Town {
@@ -45,7 +47,7 @@ fn refused(dir: &Path) -> String {
     let options = VerifyOptions {
         dir: dir.to_owned(),
         scene: None,
-        views: 0..1,
+        views: Views::First(1),
     };
     format!("{:#}", verify(&options, &Console::Silent).unwrap_err())
 }
@@ -206,7 +208,7 @@ fn a_cell_that_grew_amid_the_scene_is_found_out() {
     let options = VerifyOptions {
         dir,
         scene: None,
-        views: 0..12,
+        views: Views::First(12),
     };
     // Refused, where a border cuts something, or else too near.
     let found = verify(&options, &Console::Silent);

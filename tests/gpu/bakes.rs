@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use xtask::{
     Arrangement, BakeOptions, BuiltIn, Console, Device, DeviceChoice, Making, SceneChoice,
-    VerifyOptions, bake_on, verify_on,
+    VerifyOptions, Views, bake_on, verify_on,
 };
 
 /// A mesh of a metre, and one that is too small to be computed with in f32.
@@ -96,7 +96,7 @@ fn bundles_hold() {
     let options = VerifyOptions {
         dir: report.bundle,
         scene: None,
-        views: 0..16,
+        views: Views::First(16),
     };
     let report = verify_on(&options, &device, &Console::Silent).unwrap();
     assert!(report.holds, "{:?}", report.broken);

@@ -126,11 +126,13 @@ impl Inside {
         }
     }
 
-    /// View `index` of an endless sequence, another one for each seed: from the borders of the box and from
-    /// within, each in another direction.
+    /// View `index` of an endless sequence of views that have nothing to do with each other, another one
+    /// for each seed: 19 of 27 from faces, edges and corners of the box, the others from within, in
+    /// uniformly distributed directions.
     pub(crate) fn view(&self, index: u64, seed: u64) -> Camera {
         let direction = direction_at(random_point(index, seed ^ AIM_SEED).truncate());
-        self.camera(self.cell().viewpoint_to_border(index, seed), direction)
+        let eye = self.cell().point_to_border(random_point(index, seed));
+        self.camera(eye, direction)
     }
 
     /// Six cameras that see all around, in pixels `finer` times as fine as those of pictures where

@@ -36,7 +36,7 @@ pub use orbit::distances_from_argument;
 pub use source::SceneChoice;
 pub use verify::{
     BitfieldsFigures, CostOfBoth, CoverageAt, MOST_VIEWS, OverSamples, Place, Seams, Spread,
-    Summary, SurfaceBias, VerifyOptions, VerifyReport, require_layers, verify, verify_on,
+    Summary, SurfaceBias, VerifyOptions, VerifyReport, Views, require_layers, verify, verify_on,
 };
 pub use view::{
     CostOfShown, Shown, Sight, ViewMode, ViewOptions, WindowOptions, export, page_content,

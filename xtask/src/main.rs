@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use xtask::{
     Arrangement, BakeOptions, BakeReport, BitfieldsOptions, BuiltIn, Channels, Console, Device,
     DeviceChoice, Foliage, Limits, MOST_VIEWS, Making, SampleChoice, SceneChoice, SeenFrom,
-    VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, WindowOptions,
+    VerifyOptions, VerifyReport, ViewCellSpec, ViewMode, ViewOptions, Views, WindowOptions,
     bake_bitfields, bake_on, cells_from_argument, distances_from_argument, export, page_content,
     page_program, picture_size, require_export, require_layers, require_volume, serve, verify_on,
     window,
@@ -106,9 +106,9 @@ struct BakeArgs {
     /// fits into the picture to four times as far]
     #[arg(long, value_name = "MIN:MAX", value_parser = distances_from_argument)]
     distances: Option<[f64; 2]>,
-    /// Of bitfields, how many views, that the samples were not taken from, judge them: without --samples
-    /// so many one after another must miss nothing. [default: 3000, and with a view cell 100 in each of
-    /// its cells, all around]
+    /// Of bitfields without --samples, how many views one after another must miss nothing, that the samples
+    /// were not taken from. As many others, 1000 at least, tell what is promised, with --samples too; with a
+    /// view cell 1000. [default: 3000, and with a view cell 100 in each of its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
     /// Of bitfields, chooses other views to be held back. [default: 0]
@@ -206,7 +206,7 @@ struct VerifyArgs {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
     /// How many viewpoints: the reference viewpoint, the cell's corners, edge and face centres,
-    /// then an even sequence of points inside; of bitfields directions and distances spread evenly.
+    /// then an even sequence of points inside; of bitfields directions and distances in no order.
     #[arg(long, default_value_t = VIEWS, value_parser = clap::value_parser!(u64).range(1..=MOST_VIEWS))]
     views: u64,
     /// Looks from this viewpoint only, and writes its pictures.
@@ -286,7 +286,7 @@ fn run_bake(args: BakeArgs) -> anyhow::Result<ExitCode> {
             &VerifyOptions {
                 dir: report.bundle.clone(),
                 scene: None,
-                views: 0..VIEWS,
+                views: Views::First(VIEWS),
             },
             &device,
             &Console::Stderr,
@@ -469,8 +469,8 @@ fn run_verify(args: VerifyArgs) -> anyhow::Result<ExitCode> {
         dir: args.dir,
         scene: args.scene,
         views: match args.view {
-            Some(view) => view..view + 1,
-            None => 0..args.views,
+            Some(view) => Views::One(view),
+            None => Views::First(args.views),
         },
     };
     let device = args.device.open()?;

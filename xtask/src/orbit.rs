@@ -3,7 +3,7 @@
 use anyhow::{Result, bail};
 use farfield_bitfields::Distances;
 use farfield_bundle::ViewSpace;
-use farfield_views::{Camera, Extent, Pose, direction_at, low_discrepancy_point};
+use farfield_views::{Camera, Extent, Pose, direction_at, random_point};
 use glam::DVec3;
 
 /// How near viewers may be, in radii of the scene. Nearer ones look at it from the side or from
@@ -22,10 +22,6 @@ pub(crate) const MOST_PIXELS: f64 = 32_768.0;
 /// Where viewers are when nothing is said: from where the scene just fits into the picture, to so many
 /// times as far, where it is a quarter as wide.
 const RANGE: f64 = 4.0;
-
-/// How much of the range of distances is at either end: there sets have been looked at, between them
-/// they have not, and both count.
-const AT_AN_END: f64 = 0.1;
 
 /// The least and the greatest distance of viewers, as the command line names them: `MIN:MAX`, in metres.
 ///
@@ -178,18 +174,11 @@ impl Orbit {
         camera.window(&range(half.x), &range(half.y))
     }
 
-    /// View `index` of an endless sequence that fills directions and distances evenly, another one for
-    /// each seed. Directions are those that adaptive sampling looks from with the same seed.
+    /// View `index` of an endless sequence of views that have nothing to do with each other, another one
+    /// for each seed: directions and the reciprocals of distances are uniformly distributed.
     pub(crate) fn view(&self, index: u64, seed: u64) -> Camera {
-        let point = low_discrepancy_point(index, seed);
-        self.camera(direction_at(point.truncate()) * self.distance_of(point.z))
-    }
-
-    /// The distance for a number from 0 to 1, spread as adaptive samples spread their views, but for the
-    /// ends: these belong to the range that is promised, and no view of theirs is exactly there.
-    fn distance_of(&self, number: f64) -> f64 {
-        let stretched = (number - AT_AN_END) / (1.0 - 2.0 * AT_AN_END);
-        self.sampled().at(stretched.clamp(0.0, 1.0))
+        let point = random_point(index, seed);
+        self.camera(direction_at(point.truncate()) * self.sampled().at(point.z))
     }
 
     /// The camera that records what can be seen from an offset from the centre: it holds all of the scene, whatever its
@@ -231,8 +220,8 @@ mod tests {
     }
 
     proptest! {
-        /// Views are taken from between the two distances, at both ends too, and look at the centre;
-        /// those of other seeds from other places.
+        /// Views are taken from between the two distances and look at the centre, half of them from
+        /// nearer than where parallax is half of what it can be; those of other seeds from other places.
         #[test]
         fn views_stay_in_the_range((_, orbit) in orbits(), seed: u64) {
             let [near, far] = orbit.distances;
@@ -241,9 +230,13 @@ mod tests {
             // Adding the centre and taking it away again rounds numbers of up to 1e5.
             let slack = 1e-10 * (far + orbit.center.length());
             prop_assert!(all.iter().all(|d| *d > near - slack && *d < far + slack));
-            for end in [near, far] {
-                prop_assert!(all.iter().any(|d| (d - end).abs() < slack));
-            }
+            let nearer = all.iter().filter(|d| **d < orbit.sampled().at(0.5)).count();
+            // Six deviations of the square root of 200 / 4.
+            prop_assert!(nearer.abs_diff(100) < 43, "{nearer}");
+            // Steps of a sequence that fills the sphere evenly are the same.
+            let height = |view| orbit.view(view, seed).pose.forward.y;
+            let step = |view: u64| (height(view + 1) - height(view)).rem_euclid(2.0);
+            prop_assert!((step(0) - step(1)).abs() > 1e-9);
             let camera = orbit.view(7, seed);
             let ahead = camera.pose.point_in_view(orbit.center);
             prop_assert!(ahead.truncate().length() < 1e-9 * (far + orbit.center.length()));

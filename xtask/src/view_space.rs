@@ -144,10 +144,8 @@ pub(crate) fn describe(space: &ViewSpace) -> String {
             objects.len()
         ),
         ViewSpace::Around { center, near, far } => format!(
-            "around {},{},{}, from {:.6} m on; up to {far:.6} m along an axis",
-            center.x,
-            center.y,
-            center.z,
+            "around {}, from {:.6} m on; up to {far:.6} m along an axis",
+            to_a_millionth(*center, *near),
             near * 3f64.sqrt()
         ),
         ViewSpace::Inside {
@@ -158,8 +156,44 @@ pub(crate) fn describe(space: &ViewSpace) -> String {
             view_cell::describe(view_cell)
         ),
         ViewSpace::Shell { center, near, far } => format!(
-            "around {},{},{}, from {near:.6} m to {far:.6} m",
-            center.x, center.y, center.z
+            "around {}, from {near:.6} m to {far:.6} m",
+            to_a_millionth(*center, *near)
         ),
+    }
+}
+
+/// A point, rounded to about a millionth of a length.
+fn to_a_millionth(point: DVec3, length: f64) -> String {
+    let scale = 10f64.powi(6 - length.log10().floor() as i32);
+    // Adding 0 leaves no -0.
+    let [x, y, z] = point
+        .to_array()
+        .map(|at| (at * scale).round() / scale + 0.0);
+    format!("{x},{y},{z}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No more digits are told than anybody needs to find the place.
+    #[test]
+    fn centers_are_rounded() {
+        let told = |center: [f64; 3], near| {
+            let center = DVec3::from(center);
+            describe(&ViewSpace::Shell {
+                center,
+                near,
+                far: 2.0 * near,
+            })
+        };
+        assert_eq!(
+            told([-0.00004686157572564298, 1.0 / 3.0, -1e-12], 0.25),
+            "around -0.0000469,0.3333333,0, from 0.250000 m to 0.500000 m"
+        );
+        assert_eq!(
+            told([1e6 + 1.0 / 3.0, -2.5, 0.0], 1630.0),
+            "around 1000000.333,-2.5,0, from 1630.000000 m to 3260.000000 m"
+        );
     }
 }

@@ -260,7 +260,9 @@ pub struct Promise {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
     /// The share of pictures that miss no more than `missed_pixels`, above 0; where there is none, all
-    /// of them.
+    /// of them. From around, of those in uniformly distributed directions and from distances whose
+    /// reciprocals are uniformly distributed; from a view cell, of those in uniformly distributed
+    /// directions, 19 of 27 from its faces, edges and corners, and the others from anywhere within.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub missed_share: Option<f64>,
     /// The limits of the promise, a sentence each.

@@ -101,7 +101,17 @@ impl ViewCell {
     ///
     /// When a part of the cell lies at infinity.
     pub fn viewpoint_to_border(&self, index: u64, seed: u64) -> DVec3 {
-        let stretched = (low_discrepancy_point(index, seed) - 0.5) * 1.5 + 0.5;
+        self.point_to_border(low_discrepancy_point(index, seed))
+    }
+
+    /// The point at the given fractions of the unit cube, stretched over the borders of the cell as
+    /// [`viewpoint_to_border`](Self::viewpoint_to_border) has it, in the world.
+    ///
+    /// # Panics
+    ///
+    /// When a part of the cell lies at infinity.
+    pub fn point_to_border(&self, fractions: DVec3) -> DVec3 {
+        let stretched = (fractions - 0.5) * 1.5 + 0.5;
         self.point(stretched.clamp(DVec3::ZERO, DVec3::ONE))
     }
 

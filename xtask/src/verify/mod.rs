@@ -50,15 +50,39 @@ pub struct VerifyOptions {
     pub dir: PathBuf,
     /// The original, where it is no longer where it was baked from.
     pub scene: Option<PathBuf>,
-    /// Numbers of the viewpoints: 0 is the reference viewpoint, 1 to 8 are the cell's corners,
-    /// 9 to 26 its edge and face centres, from 27 on points spread evenly in it. Of several impostors
-    /// each is seen in turn: of six the first has the views 0, 6, 12 and so on for these.
-    ///
-    ///
-    /// Of bitfields they are spread evenly over all directions, and over the distances.
-    ///
-    /// From 0 on they verify the bundle; others are only looked at.
-    pub views: Range<u64>,
+    /// From where.
+    pub views: Views,
+}
+
+/// Viewpoints, by number: 0 is the reference viewpoint, 1 to 8 are the cell's corners, 9 to 26 its edge
+/// and face centres, from 27 on points spread evenly in it. Of several impostors each is seen in turn: of
+/// six the first has the views 0, 6, 12 and so on for these.
+///
+/// Of bitfields they are independent of each other: in all directions alike, and from distances whose
+/// reciprocals are spread evenly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Views {
+    /// So many, from number 0 on: they verify the bundle.
+    First(u64),
+    /// One alone: it is only looked at.
+    One(u64),
+}
+
+impl Views {
+    fn numbers(self) -> Range<u64> {
+        match self {
+            Self::First(count) => 0..count,
+            Self::One(number) => number..number + 1,
+        }
+    }
+
+    /// Whether they verify the bundle.
+    fn verify(self) -> bool {
+        match self {
+            Self::First(_) => true,
+            Self::One(_) => false,
+        }
+    }
 }
 
 /// More viewpoints than anybody has time for: numbers of viewpoints are smaller.
@@ -72,7 +96,7 @@ const CHUNK: u64 = 64;
 /// `report.html` and pictures of the worst views into the bundle's folder. A bundle that keeps its
 /// promise gets a certificate, unless it has one from more viewpoints; one that does not loses it.
 ///
-/// Views that do not start at 0 are looked at without leaving more than pictures behind.
+/// A single view is looked at without leaving more than pictures behind.
 ///
 /// # Errors
 ///
@@ -135,19 +159,20 @@ pub fn verify_on(
     let quads = quads.map(|(scene, textures)| Side { scene, textures });
     let subjects = subjects(&manifest, &parts, &of_original, quads);
     let subjects = subjects.with_context(in_manifest)?;
+    let views = options.views.numbers();
     let earlier = tell_certificate(dir, &manifest, console)?;
     let constructions: Vec<Construction> = subjects
         .iter()
         .map(|subject| {
-            possible::check_views(subject, indices(&options.views, subjects.len()))?;
+            possible::check_views(subject, indices(&views, subjects.len()))?;
             let construction = construction::check_construction(subject)?;
             possible::check_resolution(subject, &construction)?;
             Ok(construction)
         })
         .collect::<Result<_>>()
         .with_context(in_manifest)?;
-    let totals = look_at_all(&subjects, &options.views, console);
-    let coverage_at = console.stage("coverage", || coverage_at(&subjects, &options.views));
+    let totals = look_at_all(&subjects, &views, console);
+    let coverage_at = console.stage("coverage", || coverage_at(&subjects, &views));
     let mut report = report::summarise(
         &totals,
         coverage_at,
@@ -158,7 +183,7 @@ pub fn verify_on(
             impostor: farfield_bundle::cost(&display),
         },
     );
-    let whole = options.views.start == 0;
+    let whole = options.views.verify();
     if whole {
         let of_display = Textures::new(&display);
         let sides = [(&original, &of_original), (&display, &of_display)];

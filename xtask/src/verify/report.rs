@@ -53,11 +53,14 @@ pub struct VerifyReport {
     pub worst_view: u64,
     /// The numbers of the worst viewpoints, of which there are pictures, the worst first.
     pub worst_views: Vec<u64>,
-    /// Whether the bundle keeps its promise.
+    /// Whether the bundle keeps its promise, as far as that was judged.
     pub holds: bool,
 
     /// What is broken and where, a sentence each; empty where the promise holds.
     pub broken: Vec<String>,
+    /// What of the promise was not judged, a sentence each: a single view decides nothing of what is
+    /// promised of a share of all views.
+    pub undecided: Vec<String>,
     /// Pixels that the original covers, in all views together.
     pub covered_pixels: u64,
     /// Pixels whose colours were compared, in all views together.
@@ -122,6 +125,11 @@ pub struct BitfieldsFigures {
     pub missed_pixels_p95: u64,
     /// Views that miss any.
     pub missing_views: u64,
+    /// Views that miss more pixels than is promised.
+    pub missing_more_than_promised: u64,
+    /// So many may, as it is promised of a share of all views: of independent ones more would do so with a
+    /// probability below 5 %. Null where a single view was looked at, which decides nothing of a share.
+    pub may_miss_more_than_promised: Option<u64>,
     /// Pixels of another colour than the original's, in all views together.
     pub wrong_pixels: u64,
     /// Share of the triangles that is not drawn, mean over all views.
@@ -241,6 +249,7 @@ pub(super) fn summarise(
         worst_views: totals.worst.iter().map(|view| view.view).collect(),
         holds: false,
         broken: Vec::new(),
+        undecided: Vec::new(),
         covered_pixels: totals.coverage.covered,
         interior_pixels: totals.interior_pixels,
         stray_pixels: totals.stray_pixels,

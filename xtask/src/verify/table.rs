@@ -84,14 +84,18 @@ pub(super) fn print_rows(rows: &[PromisedRow], views: u64, console: &Console) {
     console.say(format_args!("  {:<28}{:>14}", "viewpoints", views));
 }
 
-/// Whether the promise holds, and what is broken.
+/// Whether the promise holds, what is broken, and what was not judged.
 pub(super) fn print_verdict(report: &VerifyReport, console: &Console) {
-    let verdict = match report.holds {
-        true => "the promise holds",
-        false => "the promise is BROKEN:",
+    let verdict = match (report.holds, report.undecided.is_empty()) {
+        (true, true) => "\n  the promise holds",
+        (true, false) => "",
+        (false, _) => "\n  the promise is BROKEN:",
     };
-    console.say(format_args!("\n  {verdict}"));
+    console.say(verdict);
     for line in &report.broken {
         console.say(format_args!("  - {line}"));
+    }
+    for line in &report.undecided {
+        console.say(format_args!("  not judged: {line}"));
     }
 }

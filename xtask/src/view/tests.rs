@@ -112,7 +112,7 @@ fn the_worst_views_are_those_that_verify_found() {
     let options = crate::VerifyOptions {
         dir: dir.clone(),
         scene: None,
-        views: 0..3,
+        views: crate::Views::First(3),
     };
     let report = crate::verify(&options, &Console::Silent).unwrap();
     let worst = |files: Vec<NewFile>| {
@@ -138,7 +138,7 @@ fn bad_bundles_are_refused_as_by_verify() {
         let options = crate::VerifyOptions {
             dir: dir.into(),
             scene: None,
-            views: 0..1,
+            views: crate::Views::First(1),
         };
         let of_verify = crate::verify(&options, &Console::Silent).unwrap_err();
         let of_view = page_of(dir).unwrap_err();

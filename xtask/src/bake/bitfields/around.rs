@@ -3,7 +3,7 @@
 use super::grouped::Grouped;
 use super::sampler::Sampler;
 use super::samples::{self, SampleChoice};
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
+use super::{BitfieldsOptions, JUDGING, Made, list_file, listed_ranges, misses};
 use crate::console::Console;
 use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
@@ -104,7 +104,8 @@ pub(super) fn made(
         let ranges = lookup.ranges(camera.pose.eye - orbit.center);
         sampler.missed(&grouped, ranges, &orbit.window(&camera))
     };
-    let missed = console.stage("look", || misses(options.held_back(), missed));
+    let judging = options.held_back().max(JUDGING);
+    let missed = console.stage("look", || misses(judging, missed));
     let viewpoints = lookup.faces().directions().len() as u32;
     Ok(Made {
         lists: lookup.lists().clone(),
@@ -221,11 +222,12 @@ fn adaptive(
     } = adapted;
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
     console.say(format_args!(
-        "  {} viewpoints; of {looked} views {missing} missed something, none of the last {clean_views}",
+        "  {} viewpoints; of {looked} views {missing} missed something; clean in a row at last: {clean_views}",
         sets.len()
     ));
     if clean_views < held_back {
-        super::warn_of_misses(clean_views, held_back, console);
+        let missing = format_args!("{missing} of {looked}");
+        super::warn_of_misses(missing, held_back, console);
     }
     Ok((faces, sets))
 }

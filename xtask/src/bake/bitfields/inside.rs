@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use super::sampler::Sampler;
-use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, solids};
+use super::{BitfieldsOptions, JUDGING, Made, list_file, listed_ranges, misses, solids};
 use crate::console::Console;
 use crate::inside::Inside;
 use crate::orbit::FINER;
@@ -23,9 +23,6 @@ const MOST_SAMPLES: u32 = 400;
 /// So many times as many views as must miss nothing are looked at before it is given up: where thousands
 /// of small things are seen past each other, some pixel is always missed.
 const PATIENCE: u32 = 4;
-
-/// Pictures that tell what is promised.
-const MEASURED: u32 = 1000;
 
 /// What is drawn of a scene for each view cell of a box.
 pub(super) fn made(
@@ -50,11 +47,11 @@ pub(super) fn made(
     let viewpoints: usize = looked.iter().map(|cell| cell.viewpoints.len()).sum();
     let rounds = looked.iter().flat_map(|cell| &cell.rounds);
     let missing: u32 = rounds.map(|round| round.missing_views).sum();
-    let clean = looked.iter().map(|cell| cell.clean_views).min();
-    let clean = clean.expect("there is a cell");
+    let given_up = (looked.iter()).filter(|cell| cell.clean_views < options.held_back());
+    let given_up = given_up.count();
     console.say(format_args!(
-        "  {viewpoints} viewpoints in {} cells; {missing} views missed something, none of the last \
-         {clean} of any cell",
+        "  {viewpoints} viewpoints in {} cells; {missing} views missed something, in {given_up} cells to the \
+         end",
         cells.len()
     ));
 
@@ -75,8 +72,12 @@ pub(super) fn made(
         .map(|set| grouped.patches.holding(set))
         .collect();
     let lists = (grouped.patches).ranges_in_parts(&sets, &parts, settings.most_ranges);
-    if clean < options.held_back() {
-        super::warn_of_misses(clean, options.held_back(), console);
+    if given_up > 0 {
+        let missing = format_args!(
+            "{missing} of all cells, in {given_up} of {} to the end,",
+            cells.len()
+        );
+        super::warn_of_misses(missing, options.held_back(), console);
     }
     // Not those that were looked at before.
     let missed = |view| {
@@ -84,7 +85,7 @@ pub(super) fn made(
         let ranges = lists.of(inside.list(camera.pose.eye));
         sampler.missed(&grouped, ranges, &camera)
     };
-    let missed = console.stage("look", || misses(MEASURED, missed));
+    let missed = console.stage("look", || misses(JUDGING, missed));
     let file = list_file(
         CELLS_FILE,
         cell_lists(&lists, parts).to_json(),

@@ -52,7 +52,7 @@ pub struct BitfieldsOptions {
     /// Views, held back from the samples, that these are judged by: adaptive ones must miss nothing in
     /// so many one after another. By default [`HELD_BACK`] or [`HELD_BACK_INSIDE`].
     pub held_back: Option<u32>,
-    /// Moves the views that are held back.
+    /// Moves the views that are held back, by all but its first two bits.
     pub seed: u64,
     /// The bundle's folder; by default `target/farfield/<scene>-bitfields`.
     pub out: Option<PathBuf>,
@@ -118,6 +118,10 @@ impl BitfieldsOptions {
     }
 }
 
+/// So many views tell what is promised, or more: with fewer a share would be promised that nobody can rely on.
+/// A thousand tell of 99.7 % if all of them are clean.
+const JUDGING: u32 = 1000;
+
 /// Where views miss something, a bundle promises of so large a share of all that none misses more than it
 /// says: what so large a share of those that the bake looked at did not. The difference is for chance.
 const PROMISED_SHARE: f64 = 0.95;
@@ -140,7 +144,7 @@ struct Made {
     /// Whether neighbours of what these saw were added.
     neighbors: bool,
     space: ViewSpace,
-    /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
+    /// How many pixels each of [`JUDGING`] views or more misses that nothing was learnt from, ascending.
     missed: Vec<u64>,
     /// What should be known of the samples.
     warning: Option<String>,
@@ -176,9 +180,13 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     if scene.objects.is_empty() {
         bail!("{}: no triangle has an area that can be seen", in_scene());
     }
+    let seeded = BitfieldsOptions {
+        seed: salted(options.seed),
+        ..options.clone()
+    };
     let made = match &options.seen_from {
         SeenFrom::Around { distances, samples } => {
-            around::made(&scene, represented, samples, *distances, options, console)?
+            around::made(&scene, represented, samples, *distances, &seeded, console)?
         }
         &SeenFrom::Inside {
             center,
@@ -187,11 +195,13 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         } => {
             let fov = options.fov_degrees.to_radians();
             let inside = Inside::new([center, size], cells, fov, options.resolution)?;
-            inside::made(&scene, &inside, options, console)?
+            inside::made(&scene, &inside, &seeded, console)?
         }
     };
 
+    let promise = promise(&made.space, &made.missed);
     loaded.warnings.extend(made.warning.clone());
+    loaded.warnings.extend(warning_of_many(options, &promise));
     let display = made.grouped.ordered(&scene);
     let files = console.stage("encode", || encode(&display, &made.file))?;
     loaded
@@ -205,7 +215,7 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         body: Body::Bitfields(body(&scene, &made)),
     };
     let manifest = manifest(
-        options, &loaded, exclude, &made, before, &display, impostor, &dir,
+        options, &loaded, exclude, &made, promise, before, &display, impostor, &dir,
     )?;
     console.stage("write", || farfield_bundle::write(&dir, &manifest, &files))?;
     summarise(&manifest, &made, console);
@@ -213,12 +223,41 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     Ok(report(&manifest, &made, dir, start))
 }
 
+/// The seed of the views that a bake learns from; of those that tell what it promises it is the complement.
+/// Whatever the user's, neither is that of `verify`, whose first two bits are alike: here they differ.
+fn salted(seed: u64) -> u64 {
+    1 << 63 | seed & (u64::MAX >> 2)
+}
+
 /// Says that adaptive samples were given up.
-fn warn_of_misses(clean_views: u32, held_back: u32, console: &Console) {
+///
+/// * `missing` - how many views missed something
+fn warn_of_misses(missing: impl std::fmt::Display, held_back: u32, console: &Console) {
     console.warn(format_args!(
-        "views did not stop to miss something: of the last {clean_views} none did, but --held-back asks \
-         for {held_back}; what others miss is promised, as with --samples"
+        "views did not stop to miss something: {missing} did, and --held-back asks for {held_back} in a row \
+         that do not; what others miss is promised, as with --samples"
     ));
+}
+
+/// What to do where so much may be missed that it shows: more than a hundredth of a picture.
+fn warning_of_many(options: &BitfieldsOptions, promise: &Promise) -> Option<String> {
+    let missed = promise.missed_pixels.unwrap_or(0);
+    let remedy = match &options.seen_from {
+        SeenFrom::Around { samples, .. } => match samples {
+            SampleChoice::Adaptive => "ask for more clean views with --held-back",
+            SampleChoice::Even(_) | SampleChoice::Listed(_) => {
+                "name more viewpoints with --samples, or leave it out, so that they are added where \
+                 something is missed"
+            }
+        },
+        SeenFrom::Inside { .. } => {
+            "ask for more clean views with --held-back, or cut the view cell into more with --cells"
+        }
+    };
+    let is_many = 100 * missed > u64::from(options.resolution).pow(2);
+    is_many.then(|| {
+        format!("{missed} missed pixels are promised, more than 1 % of the picture: {remedy}")
+    })
 }
 
 /// How many pixels each of some views misses, ascending.
@@ -260,23 +299,31 @@ const AIM: &str = "The camera looks at the centre of what is represented, from b
 const ANYWHERE: &str = "The camera looks anywhere, from the view cell; inside of what is solid it sees \
     what it can.";
 
+/// What all views are of which a share is promised.
+const ALL_AROUND: &str = "All views are those in all directions alike, from distances whose reciprocals are \
+    spread evenly between the two.";
+const ALL_WITHIN: &str = "All views are those in all directions alike, 19 of 27 from faces, edges and corners \
+    of the view cell, and the others from anywhere within.";
+
 /// What may be missed.
 const MISSED: &str = "A pixel is missed where the triangle that it shows is not drawn. Blended surfaces \
     are drawn for every direction and hide nothing.";
 
 /// What is promised, and how it was found: by looking from views that nothing was learnt from.
 ///
-/// * `missed` - pixels that each of them misses, ascending; at least one
+/// * `missed` - pixels that each of them misses, ascending
+///
+/// # Panics
+///
+/// When these are fewer than [`JUDGING`].
 pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
     let count = missed.len();
+    assert!(count >= JUDGING as usize, "{count} views are too few");
     // If a smaller share of all views missed no more than the worst of these, they would be so good with a
     // probability of share^count = DOUBT at most. Rounded down.
     let sure = (DOUBT.powf(1.0 / count as f64) * 1e4).floor() / 1e4;
-    let worst = *missed.last().expect("some views were looked at");
-    let (most, share, found) = match worst {
+    let (most, share, found) = match missed[count - 1] {
         0 => (0, sure, "none missed any".into()),
-        // Too few for more.
-        _ if sure < PROMISED_SHARE => (worst, sure, "none missed more".into()),
         _ => (
             percentile(missed, MEASURED_SHARE),
             PROMISED_SHARE,
@@ -289,14 +336,14 @@ pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
         percent(share),
         percent(1.0 - DOUBT)
     );
-    let aim = match space {
-        ViewSpace::Inside { .. } => ANYWHERE,
-        _ => AIM,
+    let [aim, all] = match space {
+        ViewSpace::Inside { .. } => [ANYWHERE, ALL_WITHIN],
+        _ => [AIM, ALL_AROUND],
     };
     Promise {
         missed_pixels: Some(most),
         missed_share: Some(share),
-        notes: vec![aim.into(), MISSED.into(), found],
+        notes: vec![aim.into(), MISSED.into(), found, all.into()],
         ..Promise::default()
     }
 }
@@ -370,6 +417,7 @@ fn manifest(
     loaded: &Loaded,
     exclude: Vec<String>,
     made: &Made,
+    promise: Promise,
     before: Cost,
     display: &Scene,
     impostor: Impostor,
@@ -395,7 +443,7 @@ fn manifest(
             exclude,
         },
         scene: source::record(&options.scene, &loaded.sha256, dir)?,
-        promise: promise(&made.space, &made.missed),
+        promise,
         statistics: Statistics {
             before,
             after: cost_of_a_list(display, &made.lists),
@@ -494,7 +542,7 @@ mod tests {
             far: 8.0,
         };
         let promise = promise(&space, missed);
-        let [.., found] = &promise.notes[..] else {
+        let [.., found, _] = &promise.notes[..] else {
             panic!("it is not told how that was found");
         };
         assert!(
@@ -507,16 +555,69 @@ mod tests {
         )
     }
 
-    /// No more is promised than so many views can tell: of a thousand clean ones not that all are; of a few
-    /// not that 95 % are as good as most of them.
+    /// No more is promised than so many views can tell: of a thousand clean ones not that all are.
     #[test]
     fn no_more_is_promised_than_views_can_tell() {
         assert_eq!(promised(&[0; 3000]), (0, 0.999));
         assert_eq!(promised(&[0; 1000]), (0, 0.997));
-        assert_eq!(promised(&[0, 0, 0, 0, 7]), (7, 0.5492));
-        let many: Vec<u64> = (0..200).collect();
-        assert_eq!(promised(&many), (197, 0.95));
+        let many: Vec<u64> = (0..1000).collect();
+        assert_eq!(promised(&many), (989, 0.95));
         assert_eq!([0.95, 0.999, 1.0].map(percent), ["95 %", "99.9 %", "100 %"]);
+    }
+
+    /// More than a hundredth of the picture is warned of, with what helps.
+    #[test]
+    fn many_missed_pixels_are_warned_of() {
+        let scene = SceneChoice::BuiltIn(crate::built_in::BuiltIn::House);
+        let warning = |missed, seen_from| {
+            let options = BitfieldsOptions {
+                resolution: 100,
+                seen_from,
+                ..BitfieldsOptions::new(scene.clone())
+            };
+            let promise = Promise {
+                missed_pixels: Some(missed),
+                ..Promise::default()
+            };
+            warning_of_many(&options, &promise)
+        };
+        let around = |samples| SeenFrom::Around {
+            distances: None,
+            samples,
+        };
+        let inside = SeenFrom::Inside {
+            center: DVec3::ZERO,
+            size: DVec3::ONE,
+            cells: [1; 3],
+        };
+        for (seen_from, remedy) in [
+            (around(SampleChoice::Adaptive), "--held-back"),
+            (around(SampleChoice::Even(4)), "--samples"),
+            (inside, "--cells"),
+        ] {
+            assert_eq!(warning(100, seen_from.clone()), None);
+            let told = warning(101, seen_from).expect("it is warned");
+            assert!(
+                told.starts_with("101 missed pixels") && told.contains(remedy),
+                "{told}"
+            );
+        }
+    }
+
+    /// No seed lets a bake learn from the views that `verify` takes, or from those that judge it, nor takes
+    /// these for each other; and usual seeds are not taken for each other.
+    #[test]
+    fn seeds_of_views_are_apart() {
+        use crate::viewpoints::SEED;
+        for seed in [0, 1, SEED, !SEED, SEED | 1 << 63, !SEED | 1 << 63, u64::MAX] {
+            let [learnt, judging] = [salted(seed), !salted(seed)];
+            assert!(
+                learnt != SEED && judging != SEED && learnt != judging,
+                "{seed:x}"
+            );
+            assert!((0..7).all(|other| salted(other) != judging), "{seed:x}");
+        }
+        assert!(salted(0) != salted(1) && salted(SEED) != salted(!SEED));
     }
 
     /// What readers refuse is not written, and the message says what to do.

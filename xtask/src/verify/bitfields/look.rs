@@ -227,7 +227,7 @@ fn figures(view: u64, camera: Camera, original: &Shown, shown: &Shown) -> ViewFi
 pub(super) struct Looked {
     pub(super) totals: Totals,
     /// Missed pixels of each view.
-    pub(super) missed: Vec<u64>,
+    missed: Vec<u64>,
     wrong: u64,
     drawn: Vec<u64>,
     triangles: u64,
@@ -260,18 +260,20 @@ impl Looked {
     }
 
     /// The number of pixels that a share of the views do not miss more than.
-    pub(super) fn missed_at(&self, share: f64) -> u64 {
+    fn missed_at(&self, share: f64) -> u64 {
         let mut ascending = self.missed.clone();
         ascending.sort_unstable();
         crate::bake::percentile(&ascending, share)
     }
 
     /// Views that miss more pixels than so many.
-    pub(super) fn missing_more_than(&self, most: u64) -> usize {
-        self.missed.iter().filter(|missed| **missed > most).count()
+    fn missing_more_than(&self, most: u64) -> u64 {
+        self.missed.iter().filter(|missed| **missed > most).count() as u64
     }
 
-    pub(super) fn figures(&self) -> BitfieldsFigures {
+    /// * `most` - missed pixels that are promised
+    /// * `allowed` - how many views may miss more; nothing where that is not judged
+    pub(super) fn figures(&self, most: u64, allowed: Option<u64>) -> BitfieldsFigures {
         let all = self.triangles.max(1) as f64;
         let culled = |drawn: u64| 1.0 - drawn as f64 / all;
         let views = self.drawn.len().max(1) as f64;
@@ -279,7 +281,9 @@ impl Looked {
             missed_pixels: self.missed.iter().sum(),
             missed_pixels_worst: self.missed_at(1.0),
             missed_pixels_p95: self.missed_at(0.95),
-            missing_views: self.missing_more_than(0) as u64,
+            missing_views: self.missing_more_than(0),
+            missing_more_than_promised: self.missing_more_than(most),
+            may_miss_more_than_promised: allowed,
             wrong_pixels: self.wrong,
             culled: self.drawn.iter().map(|drawn| culled(*drawn)).sum::<f64>() / views,
             culled_least: culled(self.drawn.iter().copied().max().unwrap_or(0)),

@@ -118,9 +118,11 @@ pub(super) fn page(sources: &Sources<'_>) -> Result<String> {
         },
         spread: match space {
             ViewSpace::Inside { .. } => {
-                "spread evenly over the view cell and its borders, each in another direction"
+                "in no order in the view cell and, 19 of 27, on its borders, in all directions alike"
             }
-            _ => "spread evenly over all directions and distances",
+            _ => {
+                "in no order in all directions alike and from distances whose reciprocals are spread evenly"
+            }
         },
         report,
         cost: cost(report),
