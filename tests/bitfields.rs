@@ -8,7 +8,8 @@ use farfield_bundle::{
     read_faces,
 };
 use farfield_scene::{AlphaMode, Filter, Image, Material, Object, Scene, Texture, Wrap};
-use glam::{DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use std::f32::consts::{PI, TAU};
 use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::{
@@ -259,6 +260,52 @@ fn single_views_leave_pictures_only() {
     assert!(!baked.dir().join("report.html").exists());
     let pictures = fs::read_dir(baked.dir().join("report")).unwrap();
     assert_eq!(pictures.count(), 4);
+}
+
+/// A ball of triangles, each of which is there twice, in two colours: first all in one, then in the other.
+fn doubled_ball() -> Scene {
+    const AROUND: u32 = 24;
+    let corner = |ring: u32, at: u32| {
+        let (up, turn) = (ring as f32 / 12.0, (at % AROUND) as f32 / AROUND as f32);
+        let (sin, cos) = (up * PI).sin_cos();
+        let (z, x) = (turn * TAU).sin_cos();
+        Vec3::new(sin * x, cos, sin * z)
+    };
+    let quads = (0..12).flat_map(|ring| (0..AROUND).map(move |at| (ring, at)));
+    let triangles: Vec<[Vec3; 3]> = quads
+        .flat_map(|(ring, at)| {
+            let [a, b] = [corner(ring, at), corner(ring, at + 1)];
+            let [c, d] = [corner(ring + 1, at), corner(ring + 1, at + 1)];
+            [[a, b, c], [b, d, c]]
+        })
+        .collect();
+    let mut scene = shapes::triangle([Vec3::X, Vec3::Y, Vec3::Z]);
+    for (color, corners) in [Vec4::new(1.0, 0.2, 0.1, 1.0), Vec4::new(0.1, 0.9, 0.3, 1.0)]
+        .into_iter()
+        .flat_map(|color| triangles.iter().map(move |t| (color, t)))
+    {
+        let first = scene.positions.len() as u32;
+        scene.positions.extend(corners);
+        scene.normals.extend(corners);
+        scene.uvs.extend([Vec2::ZERO; 3]);
+        scene.colors.extend([color; 3]);
+        scene.triangles.push([first, first + 1, first + 2]);
+        scene.triangle_materials.push(0);
+    }
+    scene.meshes[0].vertices.end = scene.positions.len() as u32;
+    scene.meshes[0].triangles = 1..scene.triangles.len() as u32;
+    scene
+}
+
+/// Of triangles that lie in the same place those are seen in a bundle that are seen in the original.
+#[test]
+fn doubled_triangles_keep_their_order() {
+    let baked = Baked::of(&doubled_ball(), |_| {});
+    let report = verified(&baked.dir(), 64);
+    assert!(report.holds, "{:?}", report.broken);
+    let figures = report.bitfields.expect("these are bitfields");
+    assert_eq!((figures.missed_pixels, figures.wrong_pixels), (0, 0));
+    assert!(report.covered_pixels > 10_000);
 }
 
 /// The built-in house, with the usual options but for the size of its pictures.

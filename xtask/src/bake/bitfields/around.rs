@@ -9,7 +9,7 @@ use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
 use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Triangulation, United, adapt,
-    face_sets, patches_in_parts, welded, with_neighbors,
+    face_sets, patches_in_parts, with_neighbors,
 };
 use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
 use farfield_sampling::Textures;
@@ -49,8 +49,7 @@ pub(super) fn made(
     let textures = console.stage("prepare textures", || Textures::new(scene));
     let sampler = Sampler::new(scene, &textures);
 
-    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
-    let welded = welded(&positions, &scene.triangles);
+    let welded = super::welded(scene);
     let distances = orbit.sampled();
     let offsets = distances.viewpoints(&viewpoints);
     let seen = console.stage("sample", || match choice {
@@ -63,7 +62,8 @@ pub(super) fn made(
     let grouped = console.stage("group", || {
         let seen = face_sets(&faces, &distances.unite(&seen), United::Six);
         let (centers, most) = (super::centers(scene), settings.most_primitives);
-        Grouped::new(patches_in_parts(&centers, &faces, &seen, &parts, most))
+        let patches = patches_in_parts(&centers, &faces, &seen, &parts, most);
+        Grouped::new(patches.with_coincident_in_order(&welded, &parts))
     });
     let (faces, sets) = match choice {
         SampleChoice::Adaptive => {

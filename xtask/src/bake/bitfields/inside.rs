@@ -66,9 +66,8 @@ pub(super) fn made(
     let grouped = console.stage("group", || {
         let middles: Vec<DVec3> = cells.iter().map(ViewCell::center).collect();
         let (centers, most) = (super::centers(scene), settings.most_primitives);
-        Grouped::new(cell_patches_in_parts(
-            &centers, &middles, &sets, &parts, most,
-        ))
+        let patches = cell_patches_in_parts(&centers, &middles, &sets, &parts, most);
+        Grouped::new(patches.with_coincident_in_order(&super::welded(scene), &parts))
     });
     let sets: Vec<Bitfield> = sets
         .iter()

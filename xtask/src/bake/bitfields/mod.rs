@@ -326,6 +326,12 @@ fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
         lists: lists.count(),
         ranges: lists.ranges.len() as u64,
         most_ranges: most.unwrap_or(0) as u32,
+/// The triangles of a scene of one object, which share vertices wherever they touch.
+fn welded(scene: &Scene) -> Vec<[u32; 3]> {
+    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
+    farfield_bitfields::welded(&positions, &scene.triangles)
+}
+
         culled: culled_share(lists, scene.triangles.len() as u32),
     }
 }
