@@ -111,6 +111,11 @@ struct BakeArgs {
     /// its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
+    /// Of bitfields without --samples, how many pixels each of these views may miss and still not call for
+    /// more: the more, the more is culled, and the sooner it is done. What is promised is measured in the
+    /// end. [default: 0]
+    #[arg(long, value_name = "N", conflicts_with = "samples")]
+    tolerated_pixels: Option<u64>,
     /// Of bitfields, chooses other views to be held back. [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -330,6 +335,7 @@ fn refuse_options_of_others(args: &BakeArgs) -> Result<(), String> {
         ("--samples", args.samples.is_some()),
         ("--distances", args.distances.is_some()),
         ("--held-back", args.held_back.is_some()),
+        ("--tolerated-pixels", args.tolerated_pixels.is_some()),
         ("--cells", args.cells.is_some()),
         ("--seed", args.seed.is_some()),
     ];
@@ -394,6 +400,7 @@ fn bitfields_options(args: BakeArgs, seen_from: SeenFrom) -> BitfieldsOptions {
         fov_degrees: args.fov,
         seen_from,
         held_back: args.held_back,
+        tolerated_pixels: args.tolerated_pixels.unwrap_or(options.tolerated_pixels),
         seed: args.seed.unwrap_or(options.seed),
         out: args.out,
         ..options

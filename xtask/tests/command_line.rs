@@ -202,6 +202,8 @@ fn options_of_other_techniques_are_refused() {
         (&layered, &["--samples", "25"]),
         (&layered, &["--distances", "30:60"]),
         (&layered, &["--held-back", "30"]),
+        (&layered, &["--tolerated-pixels", "3"]),
+        (&bitfields, &["--tolerated-pixels", "3", "--samples", "25"]),
         (
             &bitfields,
             &["--samples", "25", "--view-cell", "box:0,0,90:1,1,1"],
@@ -301,6 +303,7 @@ fn wrong_options_of_bitfields_are_named() {
         ("--cells", "200,200,200", &cell, "1 to 10000 cells"),
         ("--cells", "3,1", &cell, "three whole numbers"),
         ("--held-back", "0", &[], "1..=1000000"),
+        ("--tolerated-pixels", "few", &[], "invalid digit"),
     ] {
         let bake = ["bake", "house", "--technique", "bitfields", option, value];
         let output = xtask(&[&bake[..], rest].concat(), folder.path());

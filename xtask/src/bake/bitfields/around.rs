@@ -73,16 +73,7 @@ pub(super) fn made(
                 let seen = seen.take();
                 seen.unwrap_or_else(|| grown_sets(&sampler, &orbit, offsets, &welded))
             };
-            adaptive(
-                &sampler,
-                &orbit,
-                &grouped,
-                &faces,
-                sample,
-                options.held_back(),
-                options.seed,
-                console,
-            )?
+            adaptive(&sampler, &orbit, &grouped, &faces, sample, options, console)?
         }
         SampleChoice::Even(_) | SampleChoice::Listed(_) => {
             let sets = distances.unite(&seen);
@@ -176,7 +167,8 @@ fn grown_sets(
     offsets.par_iter().map(set).collect()
 }
 
-/// Viewpoints and the patches that they see, until held-back views miss none, or there were too many.
+/// Viewpoints and the patches that they see, until held-back views miss no more than is tolerated, or there
+/// were too many.
 #[expect(clippy::too_many_arguments, reason = "all that a bake knows by then")]
 fn adaptive(
     sampler: &Sampler<'_>,
@@ -184,17 +176,17 @@ fn adaptive(
     grouped: &Grouped,
     first: &Triangulation,
     mut sample: impl FnMut(&[DVec3]) -> Vec<Bitfield>,
-    held_back: u32,
-    seed: u64,
+    options: &BitfieldsOptions,
     console: &Console,
 ) -> Result<(Triangulation, Vec<Bitfield>)> {
+    let held_back = options.held_back();
     let settings = AdaptiveSettings {
         distances: orbit.sampled(),
         most_viewpoints: MOST_VIEWPOINTS,
-        tolerated_pixels: 0,
+        tolerated_pixels: options.tolerated_pixels,
         clean_views: held_back,
         most_views: held_back.saturating_mul(PATIENCE),
-        seed,
+        seed: options.seed,
     };
     let sample = |offsets: &[DVec3]| {
         let sets = sample(offsets);
@@ -220,8 +212,9 @@ fn adaptive(
         ..
     } = adapted;
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
+    let what = super::too_much(options);
     console.say(format_args!(
-        "  {} viewpoints; of {looked} views {missing} missed something, none of the last {clean_views}",
+        "  {} viewpoints; of {looked} views {missing} missed {what}, none of the last {clean_views}",
         sets.len()
     ));
     if clean_views < held_back {

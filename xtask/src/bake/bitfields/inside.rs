@@ -53,9 +53,10 @@ pub(super) fn made(
     let clean = looked.iter().map(|cell| cell.clean_views).min();
     let clean = clean.expect("there is a cell");
     console.say(format_args!(
-        "  {viewpoints} viewpoints in {} cells; {missing} views missed something, none of the last \
+        "  {viewpoints} viewpoints in {} cells; {missing} views missed {}, none of the last \
          {clean} of any cell",
-        cells.len()
+        cells.len(),
+        super::too_much(options)
     ));
 
     let warning = console.stage("tell solids", || {
@@ -111,7 +112,7 @@ fn seen_from(
 ) -> CellSet {
     let settings = CellSettings {
         most_samples: MOST_SAMPLES,
-        tolerated_pixels: 0,
+        tolerated_pixels: options.tolerated_pixels,
         clean_views: options.held_back(),
         most_views: options.held_back().saturating_mul(PATIENCE),
         seed: options.seed,

@@ -52,6 +52,8 @@ pub struct BitfieldsOptions {
     /// Views, held back from the samples, that these are judged by: adaptive ones must miss nothing in
     /// so many one after another. By default [`HELD_BACK`] or [`HELD_BACK_INSIDE`].
     pub held_back: Option<u32>,
+    /// Pixels that one of these views may miss and still not call for more, of adaptive samples.
+    pub tolerated_pixels: u64,
     /// Moves the views that are held back.
     pub seed: u64,
     /// The bundle's folder; by default `target/farfield/<scene>-bitfields`.
@@ -71,6 +73,7 @@ impl BitfieldsOptions {
                 samples: SampleChoice::Adaptive,
             },
             held_back: None,
+            tolerated_pixels: 0,
             seed: 0,
             out: None,
         }
@@ -213,6 +216,14 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
     Ok(report(&manifest, &made, dir, start))
 }
 
+/// What views must not miss that are held back from adaptive samples.
+fn too_much(options: &BitfieldsOptions) -> String {
+    match options.tolerated_pixels {
+        0 => "something".into(),
+        tolerated => format!("more than {tolerated} pixels"),
+    }
+}
+
 /// Says that adaptive samples were given up.
 fn warn_of_misses(clean_views: u32, held_back: u32, console: &Console) {
     console.warn(format_args!(
@@ -315,6 +326,12 @@ fn centers(scene: &Scene) -> Vec<Vec3> {
     scene.triangles.iter().map(center).collect()
 }
 
+/// The triangles of a scene of one object, which share vertices wherever they touch.
+fn welded(scene: &Scene) -> Vec<[u32; 3]> {
+    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
+    farfield_bitfields::welded(&positions, &scene.triangles)
+}
+
 fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
     let lists = &made.lists;
     let most = (0..lists.count()).map(|list| lists.of(list).len()).max();
@@ -326,12 +343,6 @@ fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
         lists: lists.count(),
         ranges: lists.ranges.len() as u64,
         most_ranges: most.unwrap_or(0) as u32,
-/// The triangles of a scene of one object, which share vertices wherever they touch.
-fn welded(scene: &Scene) -> Vec<[u32; 3]> {
-    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
-    farfield_bitfields::welded(&positions, &scene.triangles)
-}
-
         culled: culled_share(lists, scene.triangles.len() as u32),
     }
 }
@@ -389,6 +400,7 @@ fn manifest(
         technique: Technique::Bitfields {
             samples: made.samples,
             held_back,
+            tolerated_pixels: options.tolerated_pixels,
             seed: options.seed,
             patch_triangles: PatchSettings::default().most_primitives,
             finer: FINER,
