@@ -50,7 +50,7 @@ pub struct Face {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum TriangulationError {
     /// Fewer than four, which never surround anything.
-    #[error("{count} viewpoints do not surround the model: at least 4 are needed")]
+    #[error("at least 4 viewpoints are needed to surround the model, not {count}")]
     TooFew {
         /// Number of viewpoints.
         count: usize,
