@@ -341,6 +341,27 @@ fn given_samples_promise_what_was_measured() {
     assert!(culled[0] < culled[1], "{culled:?}");
 }
 
+/// Neighbours are added where they are asked for, around the scene and in view cells; then less is culled.
+#[test]
+fn neighbors_are_added_where_they_are_asked_for() {
+    for seen_from in [around(None, SampleChoice::Even(25)), inside([1; 3])] {
+        let culled = [Some(true), Some(false), None].map(|asked| {
+            let baked = Baked::of(&boxes(), |options| {
+                options.seen_from = seen_from.clone();
+                options.neighbors = asked;
+            });
+            assert_eq!(neighbors(&baked.manifest()), Some(asked == Some(true)));
+            baked.report.bitfields.unwrap().culled
+        });
+        assert!(
+            culled[0] < culled[1] && culled[1] == culled[2],
+            "{culled:?}"
+        );
+    }
+    let baked = Baked::of(&boxes(), |options| options.neighbors = Some(false));
+    assert_eq!(neighbors(&baked.manifest()), Some(false));
+}
+
 /// A list of viewpoints gives the samples and the distances.
 #[test]
 fn listed_viewpoints_are_the_samples() {

@@ -116,6 +116,11 @@ struct BakeArgs {
     /// end. [default: 0]
     #[arg(long, value_name = "N", conflicts_with = "samples")]
     tolerated_pixels: Option<u64>,
+    /// Of bitfields, whether triangles that share a vertex with one that a sample sees, and face it, are
+    /// taken for seen too: less is missed, and less is culled. [default: true, but false with --samples or
+    /// a view cell]
+    #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set, num_args = 1)]
+    neighbors: Option<bool>,
     /// Of bitfields, chooses other views to be held back. [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -336,6 +341,7 @@ fn refuse_options_of_others(args: &BakeArgs) -> Result<(), String> {
         ("--distances", args.distances.is_some()),
         ("--held-back", args.held_back.is_some()),
         ("--tolerated-pixels", args.tolerated_pixels.is_some()),
+        ("--neighbors", args.neighbors.is_some()),
         ("--cells", args.cells.is_some()),
         ("--seed", args.seed.is_some()),
     ];
@@ -401,6 +407,7 @@ fn bitfields_options(args: BakeArgs, seen_from: SeenFrom) -> BitfieldsOptions {
         seen_from,
         held_back: args.held_back,
         tolerated_pixels: args.tolerated_pixels.unwrap_or(options.tolerated_pixels),
+        neighbors: args.neighbors,
         seed: args.seed.unwrap_or(options.seed),
         out: args.out,
         ..options

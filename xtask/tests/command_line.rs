@@ -203,6 +203,7 @@ fn options_of_other_techniques_are_refused() {
         (&layered, &["--distances", "30:60"]),
         (&layered, &["--held-back", "30"]),
         (&layered, &["--tolerated-pixels", "3"]),
+        (&layered, &["--neighbors", "true"]),
         (&bitfields, &["--tolerated-pixels", "3", "--samples", "25"]),
         (
             &bitfields,
@@ -304,6 +305,7 @@ fn wrong_options_of_bitfields_are_named() {
         ("--cells", "3,1", &cell, "three whole numbers"),
         ("--held-back", "0", &[], "1..=1000000"),
         ("--tolerated-pixels", "few", &[], "invalid digit"),
+        ("--neighbors", "some", &[], "true, false"),
     ] {
         let bake = ["bake", "house", "--technique", "bitfields", option, value];
         let output = xtask(&[&bake[..], rest].concat(), folder.path());

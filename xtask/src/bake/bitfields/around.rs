@@ -9,7 +9,7 @@ use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
 use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Triangulation, United, adapt,
-    face_sets, patches_in_parts, with_neighbors,
+    face_sets, patches_in_parts,
 };
 use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
 use farfield_sampling::Textures;
@@ -52,10 +52,11 @@ pub(super) fn made(
     let welded = super::welded(scene);
     let distances = orbit.sampled();
     let offsets = distances.viewpoints(&viewpoints);
-    let seen = console.stage("sample", || match choice {
-        SampleChoice::Adaptive => grown_sets(&sampler, &orbit, &offsets, &welded),
-        SampleChoice::Even(_) | SampleChoice::Listed(_) => sets(&sampler, &orbit, &offsets),
-    });
+    let sample = |offsets: &[DVec3]| match options.adds_neighbors() {
+        true => grown_sets(&sampler, &orbit, offsets, &welded),
+        false => sets(&sampler, &orbit, offsets),
+    };
+    let seen = console.stage("sample", || sample(&offsets));
     let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
@@ -71,7 +72,7 @@ pub(super) fn made(
             let sample = |offsets: &[DVec3]| {
                 // Of the first viewpoints it is known already.
                 let seen = seen.take();
-                seen.unwrap_or_else(|| grown_sets(&sampler, &orbit, offsets, &welded))
+                seen.unwrap_or_else(|| sample(offsets))
             };
             adaptive(&sampler, &orbit, &grouped, &faces, sample, options, console)?
         }
@@ -111,7 +112,7 @@ pub(super) fn made(
             SampleChoice::Even(_) => farfield_bundle::Samples::Even,
             SampleChoice::Listed(_) => farfield_bundle::Samples::Listed,
         },
-        neighbors: matches!(choice, SampleChoice::Adaptive),
+        neighbors: options.adds_neighbors(),
         space: orbit.space(),
         missed,
         warning: None,
@@ -151,8 +152,7 @@ pub(crate) fn sets(sampler: &Sampler<'_>, orbit: &Orbit, offsets: &[DVec3]) -> V
     offsets.par_iter().map(set).collect()
 }
 
-/// The same, and those that share a vertex with one of them and face the viewer: at grazing angles and
-/// between pixels these are seen next.
+/// The same, and their neighbours.
 fn grown_sets(
     sampler: &Sampler<'_>,
     orbit: &Orbit,
@@ -161,8 +161,8 @@ fn grown_sets(
 ) -> Vec<Bitfield> {
     let set = |offset: &DVec3| {
         let seen = sampler.seen(&[orbit.recorder(*offset, FINER)]);
-        let grown = with_neighbors(&seen, welded, |id| sampler.faces(id, *offset));
-        sampler.with_blended(grown)
+        let eye = orbit.center + *offset;
+        sampler.with_blended(sampler.with_neighbors(&seen, welded, eye))
     };
     offsets.par_iter().map(set).collect()
 }

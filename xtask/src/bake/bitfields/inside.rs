@@ -38,9 +38,10 @@ pub(super) fn made(
     let textures = console.stage("prepare textures", || Textures::new(scene));
     let sampler = Sampler::new(scene, &textures);
     let cells: Vec<ViewCell> = inside.grid().cells().collect();
+    let welded = super::welded(scene);
     let bar = console.bar("look around", cells.len() as u64);
     let looked = cells.iter().map(|cell| {
-        let found = seen_from(cell, &sampler, inside, options);
+        let found = seen_from(cell, &sampler, &welded, inside, options);
         bar.inc(1);
         found
     });
@@ -68,7 +69,7 @@ pub(super) fn made(
         let middles: Vec<DVec3> = cells.iter().map(ViewCell::center).collect();
         let (centers, most) = (super::centers(scene), settings.most_primitives);
         let patches = cell_patches_in_parts(&centers, &middles, &sets, &parts, most);
-        Grouped::new(patches.with_coincident_in_order(&super::welded(scene), &parts))
+        Grouped::new(patches.with_coincident_in_order(&welded, &parts))
     });
     let sets: Vec<Bitfield> = sets
         .iter()
@@ -96,7 +97,7 @@ pub(super) fn made(
         file,
         viewpoints: viewpoints as u32,
         samples: Samples::Adaptive,
-        neighbors: false,
+        neighbors: options.adds_neighbors(),
         space: inside.space(),
         missed,
         warning,
@@ -107,6 +108,7 @@ pub(super) fn made(
 fn seen_from(
     cell: &ViewCell,
     sampler: &Sampler<'_>,
+    welded: &[[u32; 3]],
     inside: &Inside,
     options: &BitfieldsOptions,
 ) -> CellSet {
@@ -118,7 +120,13 @@ fn seen_from(
         seed: options.seed,
     };
     let sample = |eyes: &[DVec3]| {
-        let seen = |eye: &DVec3| sampler.with_blended(sampler.seen(&inside.around(*eye, FINER)));
+        let seen = |eye: &DVec3| {
+            let seen = sampler.seen(&inside.around(*eye, FINER));
+            sampler.with_blended(match options.adds_neighbors() {
+                true => sampler.with_neighbors(&seen, welded, *eye),
+                false => seen,
+            })
+        };
         eyes.par_iter().map(seen).collect()
     };
     let look = |eyes: &[DVec3]| {

@@ -54,6 +54,9 @@ pub struct BitfieldsOptions {
     pub held_back: Option<u32>,
     /// Pixels that one of these views may miss and still not call for more, of adaptive samples.
     pub tolerated_pixels: u64,
+    /// Whether what a sample sees is taken to be seen together with the triangles that share a vertex with
+    /// it and face the sample; by default with adaptive samples around the scene, and else not.
+    pub neighbors: Option<bool>,
     /// Moves the views that are held back.
     pub seed: u64,
     /// The bundle's folder; by default `target/farfield/<scene>-bitfields`.
@@ -74,6 +77,7 @@ impl BitfieldsOptions {
             },
             held_back: None,
             tolerated_pixels: 0,
+            neighbors: None,
             seed: 0,
             out: None,
         }
@@ -118,6 +122,19 @@ impl BitfieldsOptions {
             SeenFrom::Around { .. } => HELD_BACK,
             SeenFrom::Inside { .. } => HELD_BACK_INSIDE,
         })
+    }
+}
+
+impl BitfieldsOptions {
+    fn adds_neighbors(&self) -> bool {
+        let is_adaptive = matches!(
+            self.seen_from,
+            SeenFrom::Around {
+                samples: SampleChoice::Adaptive,
+                ..
+            }
+        );
+        self.neighbors.unwrap_or(is_adaptive)
     }
 }
 
