@@ -1,6 +1,6 @@
 //! Lists for viewers all around a scene: sample, triangulate, group, adapt, list.
 
-use super::grouped::Grouped;
+use super::grouped::{Grouped, require_memory};
 use super::sampler::Sampler;
 use super::samples::{self, SampleChoice};
 use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses};
@@ -39,8 +39,15 @@ pub(super) fn made(
     console: &Console,
 ) -> Result<Made> {
     let in_scene = || options.scene.to_string();
-    let placed = place(options, represented, choice, distances);
-    let (viewpoints, orbit) = placed.with_context(in_scene)?;
+    let (viewpoints, orbit) = place(options, represented, choice, distances)?;
+    let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
+    require_memory(
+        scene.triangles.len() as u64,
+        faces.faces().len() as u64,
+        "faces",
+        "give fewer viewpoints with --samples",
+    )
+    .with_context(in_scene)?;
     let [near, far] = orbit.distances;
     console.say(format_args!(
         "  views from {near:.6} m to {far:.6} m around {}",
@@ -57,7 +64,6 @@ pub(super) fn made(
         false => sets(&sampler, &orbit, offsets),
     };
     let seen = console.stage("sample", || sample(&offsets));
-    let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
     let grouped = console.stage("group", || {
@@ -128,7 +134,8 @@ fn place(
 ) -> Result<(Vec<DVec3>, Orbit)> {
     let orbit = |distances| {
         let fov = options.fov_degrees.to_radians();
-        Orbit::new(represented, distances, fov, options.resolution)
+        let orbit = Orbit::new(represented, distances, fov, options.resolution);
+        orbit.with_context(|| options.scene.to_string())
     };
     match choice {
         SampleChoice::Adaptive => Ok((samples::even(FIRST_VIEWPOINTS)?, orbit(distances)?)),
