@@ -56,7 +56,6 @@ impl Patches {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::faces::tests::samples;
     use crate::{United, face_sets, patches_in_parts};
     use glam::Vec3;

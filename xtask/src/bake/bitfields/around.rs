@@ -176,7 +176,6 @@ fn grown_sets(
 
 /// Viewpoints and the patches that they see, until held-back views miss no more than is tolerated, or there
 /// were too many.
-#[expect(clippy::too_many_arguments, reason = "all that a bake knows by then")]
 fn adaptive(
     sampler: &Sampler<'_>,
     orbit: &Orbit,

@@ -16,7 +16,8 @@ pub(super) struct Grouped {
 /// Triangles times faces or cells: to group them takes [`BYTES`] for each.
 const MOST_SEEN: u64 = 1 << 33;
 
-/// Sets of triangles, in words, twice, and the faces or cells of each triangle, measured.
+/// A bit each in the sets, in their copies part by part, and in what each triangle is seen from; with
+/// summaries of words, and numbers of bits that fill no word.
 const BYTES: f64 = 0.39;
 
 /// Refuses what takes too much memory to be grouped.
