@@ -112,8 +112,8 @@ struct BakeArgs {
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
     /// Of bitfields without --samples, how many pixels each of these views may miss and still not call for
-    /// more: the more, the more is culled, and the sooner it is done. What is promised is measured in the
-    /// end. [default: 0]
+    /// more: the more, the sooner it is done, with fewer viewpoints and shorter lists. What is promised is
+    /// measured in the end. [default: 0]
     #[arg(long, value_name = "N", conflicts_with = "samples")]
     tolerated_pixels: Option<u64>,
     /// Of bitfields, whether triangles that share a vertex with one that a sample sees, and face it, are
