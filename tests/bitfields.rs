@@ -420,8 +420,8 @@ fn view_cells_hold() {
         panic!("not one warning: {warnings:?}");
     };
     assert!(
-        warning.starts_with("view cells that reach into solids: 1 of 5. ")
-            && warning.contains("cell 2, box:2,2,2:0.9,0.9,8, "),
+        warning.contains("reach into something solid: 1 of 5. ")
+            && warning.contains("cell 2, box:2,2,2:0.9,0.9,8, the viewpoint 2,2,2 has 100 % "),
         "{warning}"
     );
     let report = verified(&baked.dir(), 96);
@@ -450,12 +450,57 @@ fn view_cells_in_solids_are_told() {
     let told = warnings(DVec3::new(0.0, 2.5, 0.0));
     assert_eq!(told.len(), 1, "{told:?}");
     for part in [
-        "solids: 2 of 2. ",
-        "cell 0, box:-1,2.5,0:2,1,4, 10 % of",
+        "something solid: 2 of 2. ",
+        "cell 0, box:-1,2.5,0:2,1,4, the viewpoint -2,",
         "--view-cell",
         "--cells",
     ] {
         assert!(told[0].contains(part), "{told:?}");
+    }
+}
+
+/// A sheet with one side that is seen from behind is told only where it is more than a speck of what is
+/// around, and not as a solid; from where nothing else is seen, nothing is baked.
+#[test]
+fn sheets_seen_from_behind_are_told() {
+    let mut scene = shapes::triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    shapes::add_box(&mut scene, Vec3::new(0.0, 0.0, -40.0), Vec3::ONE, 0);
+    scene.objects.push(Object {
+        name: "box".into(),
+        mesh: 1,
+        world_from_mesh: DAffine3::IDENTITY,
+    });
+    let seen_from = |center| SeenFrom::Inside {
+        center,
+        size: DVec3::splat(0.2),
+        cells: [1; 3],
+    };
+    for (distance, is_told) in [(1.0, true), (9.0, false)] {
+        let baked = Baked::of(&scene, |options| {
+            options.seen_from = seen_from(DVec3::NEG_Z * distance);
+        });
+        let warnings = baked.manifest().warnings.join(" ");
+        let is_named = warnings.contains("backs of single-sided surfaces, and may reach");
+        assert_eq!(is_named, is_told, "{distance} m: {warnings:?}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = shapes::triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    let path = write_glb(&triangle, folder.path());
+    for (at, what) in [
+        (-1.0, "nothing of the scene is seen from the view cell"),
+        (1e200, "less than a pixel wide"),
+    ] {
+        let message = failure(&BitfieldsOptions {
+            seen_from: seen_from(DVec3::Z * at),
+            ..options(
+                SceneChoice::File(path.clone()),
+                &folder.path().join("bundle"),
+            )
+        });
+        assert!(
+            message.contains(what) && message.contains("box:0.5,0.5,0:1,1,0"),
+            "{message}"
+        );
     }
 }
 

@@ -1,12 +1,12 @@
 //! Lists for viewers in a box, which look anywhere: sample each of its cells, group, list.
 
-use super::grouped::Grouped;
+use super::grouped::{Grouped, require_memory};
 use super::sampler::Sampler;
 use super::{BitfieldsOptions, Made, list_file, listed_ranges, misses, solids};
 use crate::console::Console;
-use crate::inside::Inside;
+use crate::inside::{Inside, box_name};
 use crate::orbit::FINER;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use farfield_bitfields::{
     Bitfield, CellSet, CellSettings, FaceRanges, PatchSettings, cell_patches_in_parts, cell_set,
 };
@@ -28,16 +28,31 @@ const PATIENCE: u32 = 4;
 const MEASURED: u32 = 1000;
 
 /// What is drawn of a scene for each view cell of a box.
+///
+/// * `represented` - the scene's box
 pub(super) fn made(
     scene: &Scene,
+    represented: [DVec3; 2],
     inside: &Inside,
     options: &BitfieldsOptions,
     console: &Console,
 ) -> Result<Made> {
     inside.require_pixels(FINER)?;
+    inside.require_near(represented)?;
+    let cells: Vec<ViewCell> = inside.grid().cells().collect();
+    require_memory(
+        scene.triangles.len() as u64,
+        cells.len() as u64,
+        "cells",
+        "cut the view cell into fewer with --cells",
+    )?;
     let textures = console.stage("prepare textures", || Textures::new(scene));
     let sampler = Sampler::new(scene, &textures);
-    let cells: Vec<ViewCell> = inside.grid().cells().collect();
+    let warning = console.stage("look for backs", || {
+        solids::warning(&sampler, &textures, &cells)
+    });
+    // Before what takes long.
+    warning.iter().for_each(|warning| console.warn(warning));
     let welded = super::welded(scene);
     let bar = console.bar("look around", cells.len() as u64);
     let looked = cells.iter().map(|cell| {
@@ -48,6 +63,16 @@ pub(super) fn made(
     let looked: Vec<CellSet> = console.stage("sample", || looked.collect());
     bar.finish_and_clear();
     let sets: Vec<Bitfield> = looked.iter().map(|cell| cell.set.clone()).collect();
+    if sets.iter().all(Bitfield::is_empty) {
+        bail!(
+            "nothing of the scene is seen from the view cell: move --view-cell to where fronts of {} can \
+             be seen",
+            box_name(
+                (represented[0] + represented[1]) / 2.0,
+                represented[1] - represented[0]
+            )
+        );
+    }
     let viewpoints: usize = looked.iter().map(|cell| cell.viewpoints.len()).sum();
     let rounds = looked.iter().flat_map(|cell| &cell.rounds);
     let missing: u32 = rounds.map(|round| round.missing_views).sum();
@@ -60,9 +85,6 @@ pub(super) fn made(
         super::too_much(options)
     ));
 
-    let warning = console.stage("tell solids", || {
-        solids::warning(&sampler, &textures, &cells, &looked)
-    });
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
     let grouped = console.stage("group", || {

@@ -162,7 +162,7 @@ struct Made {
     space: ViewSpace,
     /// How many pixels each of some views misses that nothing was learnt from, ascending; at least one.
     missed: Vec<u64>,
-    /// What should be known of the samples.
+    /// What was told of the samples.
     warning: Option<String>,
 }
 
@@ -207,17 +207,17 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         } => {
             let fov = options.fov_degrees.to_radians();
             let inside = Inside::new([center, size], cells, fov, options.resolution)?;
-            inside::made(&scene, &inside, options, console)?
+            inside::made(&scene, represented, &inside, options, console).with_context(in_scene)?
         }
     };
 
-    loaded.warnings.extend(made.warning.clone());
     let display = made.grouped.ordered(&scene);
     let files = console.stage("encode", || encode(&display, &made.file))?;
     loaded
         .warnings
         .iter()
         .for_each(|warning| console.warn(warning));
+    loaded.warnings.extend(made.warning.clone());
     let impostor = Impostor {
         name,
         side: None,
