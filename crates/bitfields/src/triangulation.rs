@@ -608,8 +608,8 @@ pub(crate) mod tests {
             let found = Triangulation::new(viewpoints, DVec3::ZERO);
             found.expect_err("these are degenerate").to_string()
         };
-        assert!(told(&[]).starts_with("0 viewpoints"));
-        assert!(told(&octahedron[..3]).starts_with("3 viewpoints"));
+        assert!(told(&[]).starts_with("at least 4") && told(&[]).ends_with("not 0"));
+        assert!(told(&octahedron[..3]).ends_with("not 3"));
         let with = |extra: DVec3| [octahedron.clone(), vec![extra]].concat();
         assert!(told(&with(DVec3::ZERO)).contains("viewpoint 6 at"));
         assert!(told(&with(DVec3::NAN)).contains("viewpoint 6 at"));
