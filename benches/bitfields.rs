@@ -5,9 +5,10 @@ use crate::meshlets::Meshlets;
 use crate::models;
 use crate::numbered::{BUFFER, FARTHEST, Numbered, PICTURE, PICTURES, counted};
 use farfield_bitfields::{
-    Adapted, AdaptiveSettings, Bitfield, Distances, FaceRanges, Lookup, PatchSettings, Patches,
-    Triangulation, United, adapt, culled_share, even_directions, face_sets, patches,
+    Adapted, AdaptiveSettings, Bitfield, Distances, Face, FaceRanges, Lookup, PatchSettings,
+    Patches, Triangulation, United, adapt, culled_share, even_directions, face_sets, patches,
 };
+use farfield_bundle::{FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
 use farfield_sampling::{NONE, Textures};
 use farfield_views::sphere_direction;
 use glam::DVec3;
@@ -335,13 +336,13 @@ type Way<'a> = (&'a str, &'a dyn Fn(u32) -> Patches);
 fn patches_table(all: &[Sampled<'_>]) {
     println!(
         "\nPatches beside lists of primitives, and meshoptimizer's meshlets drawn as patches: bytes of all \
-         faces' lists, the most ranges of a face, mean culling over faces; before ranges are joined, and after.\n"
+         faces' lists, in memory and as a bundle's file, the most ranges of a face, mean culling over faces; before ranges are joined, and after.\n"
     );
     println!(
-        "| model | ranges: bytes | ranges | culled | way | primitives a patch | s | patches | ranges | culled | \
-         joined: bytes | ranges | culled |"
+        "| model | ranges: bytes | of file | ranges | culled | way | primitives a patch | s | patches | ranges | \
+         culled | joined: bytes | of file | ranges | culled |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let most = |lists: &FaceRanges| (0..lists.count()).map(|f| lists.of(f).len()).max();
     for Sampled {
         model, faces, sets, ..
@@ -384,21 +385,41 @@ fn patches_table(all: &[Sampled<'_>]) {
             let whole = patches.ranges(&united, u32::MAX);
             let joined = patches.ranges(&united, PatchSettings::default().most_ranges);
             println!(
-                "| {} | {} | {} | {:.1} % | {way} | {most_primitives} | {seconds:.2} | {} | {} | {:.1} % | {} | \
-                 {} | {:.1} % |",
+                "| {} | {} | {} | {} | {:.1} % | {way} | {most_primitives} | {seconds:.2} | {} | {} | {:.1} % | \
+                 {} | {} | {} | {:.1} % |",
                 model.name,
                 exact.bytes(),
+                file_bytes(faces, &exact, model.primitives),
                 most(&exact).unwrap_or(0),
                 share(&exact),
                 patches.count(),
                 most(&whole).unwrap_or(0),
                 share(&whole),
                 joined.bytes(),
+                file_bytes(faces, &joined, model.primitives),
                 most(&joined).unwrap_or(0),
                 share(&joined),
             );
         }
     }
+}
+
+/// Bytes of lists as a bundle has them.
+fn file_bytes(faces: &Triangulation, lists: &FaceRanges, primitives: u32) -> usize {
+    let record = |(index, face): (u32, &Face)| FaceRecord {
+        corners: face.corners,
+        draw: (lists.of(index).iter())
+            .map(|range| [range.start, range.end])
+            .collect(),
+    };
+    let file = FaceLists {
+        format: FACES_FORMAT.into(),
+        version: FACES_VERSION,
+        viewpoints: faces.directions().to_vec(),
+        parts: vec![0, primitives],
+        faces: (0..).zip(faces.faces()).map(record).collect(),
+    };
+    file.to_json().len()
 }
 
 /// Meshlets as patches, in the order in which they are built.
@@ -440,7 +461,9 @@ fn adaptive(model: &Numbered, clean_views: u32) {
             seed,
         };
         let start = Instant::now();
+        let mut looked = 0;
         let look = |offsets: &[DVec3]| {
+            looked += offsets.len();
             let shown = |offset: &DVec3| counted(model.ids(&textures, *offset, [PICTURE; 2]));
             offsets.iter().map(shown).collect()
         };
@@ -454,8 +477,8 @@ fn adaptive(model: &Numbered, clean_views: u32) {
             faces,
             sets,
             samples,
-            rounds,
             clean_views,
+            ..
         } = adapted.expect("the first are all around");
         let seconds = start.elapsed().as_secs_f64();
         let united = face_sets(&faces, &sets, United::Six);
@@ -474,10 +497,8 @@ fn adaptive(model: &Numbered, clean_views: u32) {
         let drawn = drawn(&joined, &patches.order);
         let share = |lists: &FaceRanges| 100.0 * culled_share(lists, model.primitives);
         println!(
-            "| {} | {samples} | {seed} | {} | {clean_views} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
+            "| {} | {samples} | {seed} | {looked} | {clean_views} | {seconds:.0} | {:.1} % | {} | {} | {} | {:.1} % | {} |",
             sets.len(),
-            // Full batches but for the last.
-            64 * rounds.len(),
             share(&lists),
             lists.bytes(),
             missed_pixels(&united),

@@ -1,5 +1,6 @@
 //! What ID-bitfields leave to draw, beside what else engines draw less by: back-face culling,
-//! cones of meshlets, and, as what nothing can do better than, exactly what a picture shows.
+//! cones of meshlets, and, as about the least that any of these could draw, what an id buffer shows from
+//! where the picture is taken.
 
 use crate::bitfields::{SAMPLES, drawn, percentile};
 use crate::meshlets::Meshlets;
@@ -29,19 +30,19 @@ const CONE_WEIGHT: f32 = 0.5;
 /// What is kept for a meshlet's test: the cone's apex, axis and cutoff.
 const CONE_BYTES: usize = 28;
 
-/// An exact set is of the pixels of so many pictures on each pixel of an id buffer, and taken for
-/// every so many pictures.
-const EXACT_SCALE: u32 = 2;
-const EXACT_STEP: usize = 8;
+/// A picture's own set is that of an id buffer of so many times the pixels along each side, taken for every
+/// so many pictures. What is smaller than its pixels is missing.
+const OWN_SCALE: u32 = 2;
+const OWN_STEP: usize = 8;
 
 /// Prints the table.
 pub(crate) fn table() {
     println!(
         "\nPrimitives drawn (mean over {PICTURES} pictures at distances up to {FARTHEST} times the \
          least), bytes kept for that, and pixels missed, at the 95th percentile and in the worst. \
-         Exact sets are those of every {EXACT_STEP}th picture, from {} x {} pixels.\n",
-        EXACT_SCALE * BUFFER[0],
-        EXACT_SCALE * BUFFER[1]
+         Each picture's own are what {} x {} pixels show from there, of every {OWN_STEP}th picture.\n",
+        OWN_SCALE * BUFFER[0],
+        OWN_SCALE * BUFFER[1]
     );
     println!("| model | way | drawn | of all | bytes | missed |\n|---|---|---|---|---|---|");
     for model in models::read(&MODELS) {
@@ -71,7 +72,7 @@ fn rows(model: &Numbered) {
             percentile(&missed, 1.0),
         );
     };
-    row("all", 0, EXACT_STEP, &|_| model.those(|_| true));
+    row("all", 0, OWN_STEP, &|_| model.those(|_| true));
 
     let any_double_sided = model.double_sided.contains(&true);
     row("back faces", 0, 1, &|offset| {
@@ -124,8 +125,8 @@ fn rows(model: &Numbered) {
             model.those(|id| drawn.contains(id) && model.shows(id, eye))
         });
     }
-    let pixels = BUFFER.map(|side| EXACT_SCALE * side);
-    row("exact", 0, EXACT_STEP, &|offset| {
+    let pixels = BUFFER.map(|side| OWN_SCALE * side);
+    row("each picture's own", 0, OWN_STEP, &|offset| {
         Bitfield::from_ids(model.primitives, &model.ids(&textures, offset, pixels))
     });
 }

@@ -1,4 +1,7 @@
 //! What pictures take of models from which ID-bitfields leave out what is hidden: the paper's Figure 6.
+//!
+//! What a face draws is its exact set, with the vertices of this alone, as if each face had a model of its
+//! own; patches draw more, in ranges of one index buffer.
 
 use crate::models;
 use crate::numbered::{Numbered, PICTURE, PICTURES};
@@ -28,7 +31,7 @@ pub(crate) fn table() {
     println!(
         "\nMilliseconds of a picture of {PICTURE} x {PICTURE} pixels by the CPU's renderer, which culls \
          back faces: mean over {} directions, and its share of what the whole model takes. Six sets a \
-         face, at one distance. The paper's brain, gear and bunny: up to 5.5, 2.55 and 1.4 times as \
+         face, at one distance, each face's as a model of its own. The paper's brain, gear and bunny: up to 5.5, 2.55 and 1.4 times as \
          many frames.\n",
         PICTURES as usize / STEP
     );

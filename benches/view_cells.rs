@@ -175,11 +175,16 @@ fn row(place: &Place<'_>, side: f64) {
     let model = place.model;
     let cell = cell(place.eye, side);
     let start = Instant::now();
-    let found = cell_set(&cell, &settings(), |v| place.sets(v), |v| place.look(v));
+    let mut looked = 0;
+    let look = |viewpoints: &[DVec3]| {
+        looked += viewpoints.len();
+        place.look(viewpoints)
+    };
+    let found = cell_set(&cell, &settings(), |v| place.sets(v), look);
     let seconds = start.elapsed().as_secs_f64();
 
-    // Of the sequence of another seed.
-    let others = (0..OTHERS).map(|i| cell.point(low_discrepancy_point(i, 1)));
+    // Of the sequence of another seed, within the cell and, as in the loop, on its border.
+    let others = (0..OTHERS).map(|i| cell.viewpoint_to_border(i, 1));
     let others: Vec<DVec3> = others.collect();
     let views = place.look(&others);
     let missed = |set: &Bitfield| {
@@ -197,13 +202,11 @@ fn row(place: &Place<'_>, side: f64) {
     let point = &place.sets(&[place.eye])[0];
     let share = |set: &Bitfield| 100.0 * f64::from(set.len()) / f64::from(model.primitives);
     println!(
-        "| {} at {:.0} | {} | {side} m | {} | {} | {seconds:.0} | {} ({:.1} %) | {:.1} % | {} | {:.1} % | {} |",
+        "| {} at {:.0} | {} | {side} m | {} | {looked} | {seconds:.0} | {} ({:.1} %) | {:.1} % | {} | {:.1} % | {} |",
         model.name,
         place.eye,
         model.primitives,
         found.viewpoints.len(),
-        // Full batches but for the last.
-        64 * found.rounds.len(),
         found.set.len(),
         share(&found.set),
         share(point),

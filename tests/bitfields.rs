@@ -8,7 +8,8 @@ use farfield_bundle::{
     read_faces,
 };
 use farfield_scene::{AlphaMode, Filter, Image, Material, Object, Scene, Texture, Wrap};
-use glam::{DAffine3, DVec3, Vec3, Vec4};
+use glam::{DAffine3, DVec3, Vec2, Vec3, Vec4};
+use std::f32::consts::{PI, TAU};
 use std::fs;
 use std::path::{Path, PathBuf};
 use xtask::{
@@ -270,6 +271,52 @@ fn single_views_leave_pictures_only() {
     }
 }
 
+/// A ball of triangles, each of which is there twice, in two colours: first all in one, then in the other.
+fn doubled_ball() -> Scene {
+    const AROUND: u32 = 24;
+    let corner = |ring: u32, at: u32| {
+        let (up, turn) = (ring as f32 / 12.0, (at % AROUND) as f32 / AROUND as f32);
+        let (sin, cos) = (up * PI).sin_cos();
+        let (z, x) = (turn * TAU).sin_cos();
+        Vec3::new(sin * x, cos, sin * z)
+    };
+    let quads = (0..12).flat_map(|ring| (0..AROUND).map(move |at| (ring, at)));
+    let triangles: Vec<[Vec3; 3]> = quads
+        .flat_map(|(ring, at)| {
+            let [a, b] = [corner(ring, at), corner(ring, at + 1)];
+            let [c, d] = [corner(ring + 1, at), corner(ring + 1, at + 1)];
+            [[a, b, c], [b, d, c]]
+        })
+        .collect();
+    let mut scene = shapes::triangle([Vec3::X, Vec3::Y, Vec3::Z]);
+    for (color, corners) in [Vec4::new(1.0, 0.2, 0.1, 1.0), Vec4::new(0.1, 0.9, 0.3, 1.0)]
+        .into_iter()
+        .flat_map(|color| triangles.iter().map(move |t| (color, t)))
+    {
+        let first = scene.positions.len() as u32;
+        scene.positions.extend(corners);
+        scene.normals.extend(corners);
+        scene.uvs.extend([Vec2::ZERO; 3]);
+        scene.colors.extend([color; 3]);
+        scene.triangles.push([first, first + 1, first + 2]);
+        scene.triangle_materials.push(0);
+    }
+    scene.meshes[0].vertices.end = scene.positions.len() as u32;
+    scene.meshes[0].triangles = 1..scene.triangles.len() as u32;
+    scene
+}
+
+/// Of triangles that lie in the same place those are seen in a bundle that are seen in the original.
+#[test]
+fn doubled_triangles_keep_their_order() {
+    let baked = Baked::of(&doubled_ball(), |_| {});
+    let report = verified(&baked.dir(), 64);
+    assert!(report.holds, "{:?}", report.broken);
+    let figures = report.bitfields.expect("these are bitfields");
+    assert_eq!((figures.missed_pixels, figures.wrong_pixels), (0, 0));
+    assert!(report.covered_pixels > 10_000);
+}
+
 /// The built-in house, with the usual options but for the size of its pictures.
 #[test]
 fn the_house_holds() {
@@ -301,6 +348,27 @@ fn given_samples_promise_what_was_measured() {
         found.culled
     });
     assert!(culled[0] < culled[1], "{culled:?}");
+}
+
+/// Neighbours are added where they are asked for, around the scene and in view cells; then less is culled.
+#[test]
+fn neighbors_are_added_where_they_are_asked_for() {
+    for seen_from in [around(None, SampleChoice::Even(25)), inside([1; 3])] {
+        let culled = [Some(true), Some(false), None].map(|asked| {
+            let baked = Baked::of(&boxes(), |options| {
+                options.seen_from = seen_from.clone();
+                options.neighbors = asked;
+            });
+            assert_eq!(neighbors(&baked.manifest()), Some(asked == Some(true)));
+            baked.report.bitfields.unwrap().culled
+        });
+        assert!(
+            culled[0] < culled[1] && culled[1] == culled[2],
+            "{culled:?}"
+        );
+    }
+    let baked = Baked::of(&boxes(), |options| options.neighbors = Some(false));
+    assert_eq!(neighbors(&baked.manifest()), Some(false));
 }
 
 /// A list of viewpoints gives the samples and the distances.
@@ -361,8 +429,8 @@ fn view_cells_hold() {
         panic!("not one warning: {warnings:?}");
     };
     assert!(
-        warning.starts_with("view cells that reach into solids: 1 of 5. ")
-            && warning.contains("cell 2, box:2,2,2:0.9,0.9,8, "),
+        warning.contains("reach into something solid: 1 of 5. ")
+            && warning.contains("cell 2, box:2,2,2:0.9,0.9,8, the viewpoint 2,2,2 has 100 % "),
         "{warning}"
     );
     let report = verified(&baked.dir(), 96);
@@ -391,12 +459,57 @@ fn view_cells_in_solids_are_told() {
     let told = warnings(DVec3::new(0.0, 2.5, 0.0));
     assert_eq!(told.len(), 1, "{told:?}");
     for part in [
-        "solids: 2 of 2. ",
-        "cell 0, box:-1,2.5,0:2,1,4, 10 % of",
+        "something solid: 2 of 2. ",
+        "cell 0, box:-1,2.5,0:2,1,4, the viewpoint -2,",
         "--view-cell",
         "--cells",
     ] {
         assert!(told[0].contains(part), "{told:?}");
+    }
+}
+
+/// A sheet with one side that is seen from behind is told only where it is more than a speck of what is
+/// around, and not as a solid; from where nothing else is seen, nothing is baked.
+#[test]
+fn sheets_seen_from_behind_are_told() {
+    let mut scene = shapes::triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    shapes::add_box(&mut scene, Vec3::new(0.0, 0.0, -40.0), Vec3::ONE, 0);
+    scene.objects.push(Object {
+        name: "box".into(),
+        mesh: 1,
+        world_from_mesh: DAffine3::IDENTITY,
+    });
+    let seen_from = |center| SeenFrom::Inside {
+        center,
+        size: DVec3::splat(0.2),
+        cells: [1; 3],
+    };
+    for (distance, is_told) in [(1.0, true), (9.0, false)] {
+        let baked = Baked::of(&scene, |options| {
+            options.seen_from = seen_from(DVec3::NEG_Z * distance);
+        });
+        let warnings = baked.manifest().warnings.join(" ");
+        let is_named = warnings.contains("backs of single-sided surfaces, and may reach");
+        assert_eq!(is_named, is_told, "{distance} m: {warnings:?}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let triangle = shapes::triangle([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    let path = write_glb(&triangle, folder.path());
+    for (at, what) in [
+        (-1.0, "nothing of the scene is seen from the view cell"),
+        (1e200, "less than a pixel wide"),
+    ] {
+        let message = failure(&BitfieldsOptions {
+            seen_from: seen_from(DVec3::Z * at),
+            ..options(
+                SceneChoice::File(path.clone()),
+                &folder.path().join("bundle"),
+            )
+        });
+        assert!(
+            message.contains(what) && message.contains("box:0.5,0.5,0:1,1,0"),
+            "{message}"
+        );
     }
 }
 

@@ -1,6 +1,6 @@
 //! Views from within a box, in any direction.
 
-use crate::orbit::MOST_PIXELS;
+use crate::orbit::{MOST_PIXELS, number};
 use crate::viewpoints::AIM_SEED;
 use anyhow::{Result, bail};
 use farfield_bitfields::{CellGrid, cube_map};
@@ -45,6 +45,18 @@ fn require_possible(counts: [u32; 3]) -> Result<(), String> {
         true => Ok(()),
         false => Err(format!("a view cell is cut into 1 to {MOST_CELLS} cells")),
     }
+}
+
+/// A point as people name it, to millimetres.
+pub(crate) fn point_name(point: DVec3) -> String {
+    let rounded = point.to_array().map(|at| (at * 1e3).round() / 1e3);
+    // -0 + 0 is 0.
+    rounded.map(|at| number(at + 0.0)).join(",")
+}
+
+/// A box as the command line names it.
+pub(crate) fn box_name(center: DVec3, size: DVec3) -> String {
+    format!("box:{}:{}", point_name(center), point_name(size))
 }
 
 /// Cameras of one kind in a box that is cut into view cells.
@@ -147,6 +159,29 @@ impl Inside {
         (2.0 / pixel).ceil()
     }
 
+    /// Refuses a box from which nothing can be made out.
+    ///
+    /// * `represented` - the scene's box
+    ///
+    /// # Errors
+    ///
+    /// When all of the scene is less than a pixel, seen from where the box is nearest to it.
+    pub(crate) fn require_near(&self, [min, max]: [DVec3; 2]) -> Result<()> {
+        let (center, size) = ((min + max) / 2.0, max - min);
+        let between = (self.center - center).abs() - (self.size + size) / 2.0;
+        let distance = between.max(DVec3::ZERO).length();
+        let pixel = 2.0 * (self.fov / 2.0).tan() / f64::from(self.resolution);
+        // An infinite distance is too far as well.
+        if size.length() < pixel * distance {
+            bail!(
+                "seen from the view cell the scene is less than a pixel wide: bring --view-cell near to \
+                 {} or into it",
+                box_name(center, size)
+            );
+        }
+        Ok(())
+    }
+
     /// Refuses what takes too many pixels to look at.
     ///
     /// # Errors
@@ -221,6 +256,12 @@ mod tests {
         ] {
             let error = Inside::new([DVec3::ZERO, size], counts, 0.8, 512).unwrap_err();
             assert!(error.to_string().contains(what), "{error}");
+        }
+        for (at, is_near) in [(0.0, true), (90.0, true), (1e4, false), (1e200, false)] {
+            let center = DVec3::X * at;
+            let inside = Inside::new([center, DVec3::ONE], [1; 3], 0.8, 512).unwrap();
+            let near = inside.require_near([DVec3::NEG_ONE, DVec3::ONE]);
+            assert_eq!(near.is_ok(), is_near, "{at}: {near:?}");
         }
         let inside = Inside::new([DVec3::ZERO, DVec3::ONE], [1; 3], 0.02, 16384).unwrap();
         assert!(inside.require_pixels(2.0).is_err());

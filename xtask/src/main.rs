@@ -111,6 +111,16 @@ struct BakeArgs {
     /// view cell 1000. [default: 3000, and with a view cell 100 in each of its cells, all around]
     #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     held_back: Option<u32>,
+    /// Of bitfields without --samples, how many pixels each of these views may miss and still not call for
+    /// more: the more, the sooner it is done, with fewer viewpoints and shorter lists. What is promised is
+    /// measured in the end. [default: 0]
+    #[arg(long, value_name = "N", conflicts_with = "samples")]
+    tolerated_pixels: Option<u64>,
+    /// Of bitfields, whether triangles that share a vertex with one that a sample sees, and face it, are
+    /// taken for seen too: less is missed, and less is culled. [default: true, but false with --samples or
+    /// a view cell]
+    #[arg(long, value_name = "BOOL", action = clap::ArgAction::Set, num_args = 1)]
+    neighbors: Option<bool>,
     /// Of bitfields, chooses other views to be held back. [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -330,6 +340,8 @@ fn refuse_options_of_others(args: &BakeArgs) -> Result<(), String> {
         ("--samples", args.samples.is_some()),
         ("--distances", args.distances.is_some()),
         ("--held-back", args.held_back.is_some()),
+        ("--tolerated-pixels", args.tolerated_pixels.is_some()),
+        ("--neighbors", args.neighbors.is_some()),
         ("--cells", args.cells.is_some()),
         ("--seed", args.seed.is_some()),
     ];
@@ -394,6 +406,8 @@ fn bitfields_options(args: BakeArgs, seen_from: SeenFrom) -> BitfieldsOptions {
         fov_degrees: args.fov,
         seen_from,
         held_back: args.held_back,
+        tolerated_pixels: args.tolerated_pixels.unwrap_or(options.tolerated_pixels),
+        neighbors: args.neighbors,
         seed: args.seed.unwrap_or(options.seed),
         out: args.out,
         ..options

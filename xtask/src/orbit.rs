@@ -33,17 +33,27 @@ pub fn distances_from_argument(text: &str) -> Result<[f64; 2], String> {
     let distances = numbers.and_then(|(min, max)| Some([min.parse().ok()?, max.parse().ok()?]));
     let distances: [f64; 2] = distances.ok_or("distances are MIN:MAX in metres, such as 2:10")?;
     if !distances.iter().all(|d| *d > 0.0 && d.is_finite()) {
-        return Err("distances are positive".into());
+        return Err("distances are positive and finite".into());
     }
     require_order(distances).map_err(|why| format!("the distances {why}"))?;
     Ok(distances)
+}
+
+/// A number for people, who do not count the digits of 1e300.
+pub(crate) fn number(number: f64) -> String {
+    match number == 0.0 || (1e-9..1e15).contains(&number.abs()) {
+        true => number.to_string(),
+        false => format!("{number:e}"),
+    }
 }
 
 fn require_order([near, far]: [f64; 2]) -> Result<(), String> {
     match near <= far {
         true => Ok(()),
         false => Err(format!(
-            "are not in order: name the nearest first, as in {far}:{near}"
+            "are not in order: name the nearest first, as in {}:{}",
+            number(far),
+            number(near)
         )),
     }
 }
@@ -81,13 +91,14 @@ impl Orbit {
         let distances = distances.unwrap_or([fitting, RANGE * fitting]);
         let [near, far] = distances;
         if let Err(why) = require_order(distances) {
-            bail!("--distances {near}:{far} {why}");
+            bail!("--distances {}:{} {why}", number(near), number(far));
         }
         if near < least {
             bail!(
-                "viewers at {near} m are inside of the scene or just before it: its corners are \
+                "viewers at {} m are inside of the scene or just before it: its corners are \
                  {radius:.6} m from its centre ({}, {}, {}); name distances of {:.6} m and more with \
                  --distances",
+                number(near),
                 center.x,
                 center.y,
                 center.z,
@@ -104,15 +115,17 @@ impl Orbit {
         let pixel = 2.0 * (fov / 2.0).tan() / f64::from(resolution);
         if far.is_infinite() || 2.0 * radius / far < pixel {
             bail!(
-                "seen from {far} m the scene is less than a pixel wide: name distances nearer by with \
-                 --distances"
+                "seen from {} m the scene is less than a pixel wide: name distances nearer by with \
+                 --distances",
+                number(far)
             );
         }
         let pixels = orbit.recorded_pixels(FINER);
         if pixels > MOST_PIXELS {
             bail!(
-                "all of the scene in pixels as fine as in pictures from {near} m is {pixels:.0} pixels \
-                 wide, more than {MOST_PIXELS}: lower the resolution, or name distances farther away"
+                "all of the scene in pixels as fine as in pictures from {} m is {pixels:.0} pixels \
+                 wide, more than {MOST_PIXELS}: lower the resolution, or name distances farther away",
+                number(near)
             );
         }
         Ok(orbit)
@@ -281,7 +294,11 @@ mod tests {
             ([1.0, 8.0], "inside of the scene"),
             ([1.8, 8.0], "inside of the scene"),
             ([2.0, f64::INFINITY], "less than a pixel"),
-            ([2.0, 1e300], "less than a pixel"),
+            (
+                [2.0, 1e300],
+                "seen from 1e300 m the scene is less than a pixel",
+            ),
+            ([1e300, 1e-300], "as in 1e-300:1e300"),
         ] {
             let error = Orbit::new(cube, Some(distances), 0.8, 512).unwrap_err();
             let message = error.to_string();

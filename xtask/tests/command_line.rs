@@ -202,6 +202,9 @@ fn options_of_other_techniques_are_refused() {
         (&layered, &["--samples", "25"]),
         (&layered, &["--distances", "30:60"]),
         (&layered, &["--held-back", "30"]),
+        (&layered, &["--tolerated-pixels", "3"]),
+        (&layered, &["--neighbors", "true"]),
+        (&bitfields, &["--tolerated-pixels", "3", "--samples", "25"]),
         (
             &bitfields,
             &["--samples", "25", "--view-cell", "box:0,0,90:1,1,1"],
@@ -294,13 +297,15 @@ fn wrong_options_of_bitfields_are_named() {
         ("--samples", "10001", &[], "from 4 to 10000 samples"),
         ("--samples", "7.5", &[], "from 4 to 10000 samples"),
         ("--distances", "9:8", &[], "8:9"),
-        ("--distances", "0:8", &[], "positive"),
-        ("--distances", "8:inf", &[], "positive"),
+        ("--distances", "0:8", &[], "positive and finite"),
+        ("--distances", "8:inf", &[], "positive and finite"),
         ("--distances", "near:far", &[], "MIN:MAX"),
         ("--cells", "3,0,1", &cell, "1 to 10000 cells"),
         ("--cells", "200,200,200", &cell, "1 to 10000 cells"),
         ("--cells", "3,1", &cell, "three whole numbers"),
         ("--held-back", "0", &[], "1..=1000000"),
+        ("--tolerated-pixels", "few", &[], "invalid digit"),
+        ("--neighbors", "some", &[], "true, false"),
     ] {
         let bake = ["bake", "house", "--technique", "bitfields", option, value];
         let output = xtask(&[&bake[..], rest].concat(), folder.path());

@@ -10,6 +10,7 @@ mod triangulation;
 mod faces;
 mod lookup;
 
+mod coincident;
 mod parts;
 mod patches;
 

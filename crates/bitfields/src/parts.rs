@@ -186,7 +186,7 @@ fn join_in_parts(
     joined
 }
 
-fn assert_parts(parts: &[u32], primitives: u32) {
+pub(crate) fn assert_parts(parts: &[u32], primitives: u32) {
     assert!(
         parts.first() == Some(&0) && parts.last() == Some(&primitives) && parts.is_sorted(),
         "the parts {parts:?} are not those of {primitives} primitives"

@@ -24,7 +24,9 @@ pub struct Patches {
     /// Patch p holds the places from `starts[p]` to before `starts[p + 1]`.
     ///
     /// All have between a half and all of the primitives that were allowed, unless there are too
-    /// few; primitives that no set has are one last patch of any size.
+    /// few. Primitives that no set has come last: with [`patches`] and [`cell_patches`] as one patch of
+    /// any size, of a model in parts ([`patches_in_parts`](crate::patches_in_parts)) as the last patches
+    /// of each part.
     pub starts: Vec<u32>,
 }
 

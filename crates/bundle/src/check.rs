@@ -641,6 +641,7 @@ mod tests {
             Technique::Bitfields {
                 samples,
                 held_back: 1,
+                tolerated_pixels: 0,
                 seed: 0,
                 patch_triangles,
                 finer,

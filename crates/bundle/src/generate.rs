@@ -240,6 +240,7 @@ pub(crate) fn manifests() -> impl Strategy<Value = Manifest> {
             Technique::Bitfields {
                 samples,
                 held_back,
+                tolerated_pixels: triangles % 100,
                 seed: triangles,
                 patch_triangles: most.max(1),
                 finer: 1.0 + culled,
@@ -314,6 +315,7 @@ pub(crate) fn sample_of_bitfields() -> Manifest {
         Technique::Bitfields {
             samples: Samples::Adaptive,
             held_back: 1000,
+            tolerated_pixels: 0,
             seed: 0,
             patch_triangles: 64,
             finer: 1.5,

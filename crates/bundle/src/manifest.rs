@@ -103,6 +103,9 @@ pub enum Technique {
         /// Views held back from the samples that were to judge them: with adaptive samples so many one
         /// after another had to miss nothing, unless that was given up.
         held_back: u32,
+        /// Pixels that such a view could miss and still pass, while there were adaptive samples to add.
+        #[serde(default)]
+        tolerated_pixels: u64,
         /// Of these views.
         seed: u64,
         /// Triangles of a patch at most, at least 1. Patches are drawn whole.

@@ -1,6 +1,6 @@
 //! Lists for viewers all around a scene: sample, triangulate, group, adapt, list.
 
-use super::grouped::Grouped;
+use super::grouped::{Grouped, require_memory};
 use super::sampler::Sampler;
 use super::samples::{self, SampleChoice};
 use super::{BitfieldsOptions, JUDGING, Made, list_file, listed_ranges, misses};
@@ -9,7 +9,7 @@ use crate::orbit::{FINER, NEAREST, Orbit};
 use anyhow::{Context, Result};
 use farfield_bitfields::{
     Adapted, AdaptiveSettings, Bitfield, Lookup, PatchSettings, Triangulation, United, adapt,
-    face_sets, patches_in_parts, welded, with_neighbors,
+    face_sets, patches_in_parts,
 };
 use farfield_bundle::{FACES_FILE, FACES_FORMAT, FACES_VERSION, FaceLists, FaceRecord};
 use farfield_sampling::Textures;
@@ -39,8 +39,15 @@ pub(super) fn made(
     console: &Console,
 ) -> Result<Made> {
     let in_scene = || options.scene.to_string();
-    let placed = place(options, represented, choice, distances);
-    let (viewpoints, orbit) = placed.with_context(in_scene)?;
+    let (viewpoints, orbit) = place(options, represented, choice, distances)?;
+    let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
+    require_memory(
+        scene.triangles.len() as u64,
+        faces.faces().len() as u64,
+        "faces",
+        "give fewer viewpoints with --samples",
+    )
+    .with_context(in_scene)?;
     let [near, far] = orbit.distances;
     console.say(format_args!(
         "  views from {near:.6} m to {far:.6} m around {}",
@@ -49,21 +56,21 @@ pub(super) fn made(
     let textures = console.stage("prepare textures", || Textures::new(scene));
     let sampler = Sampler::new(scene, &textures);
 
-    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
-    let welded = welded(&positions, &scene.triangles);
+    let welded = super::welded(scene);
     let distances = orbit.sampled();
     let offsets = distances.viewpoints(&viewpoints);
-    let seen = console.stage("sample", || match choice {
-        SampleChoice::Adaptive => grown_sets(&sampler, &orbit, &offsets, &welded),
-        SampleChoice::Even(_) | SampleChoice::Listed(_) => sets(&sampler, &orbit, &offsets),
-    });
-    let faces = Triangulation::new(&viewpoints, DVec3::ZERO)?;
+    let sample = |offsets: &[DVec3]| match options.adds_neighbors() {
+        true => grown_sets(&sampler, &orbit, offsets, &welded),
+        false => sets(&sampler, &orbit, offsets),
+    };
+    let seen = console.stage("sample", || sample(&offsets));
     let parts = crate::drawn::parts(scene);
     let settings = PatchSettings::default();
     let grouped = console.stage("group", || {
         let seen = face_sets(&faces, &distances.unite(&seen), United::Six);
         let (centers, most) = (super::centers(scene), settings.most_primitives);
-        Grouped::new(patches_in_parts(&centers, &faces, &seen, &parts, most))
+        let patches = patches_in_parts(&centers, &faces, &seen, &parts, most);
+        Grouped::new(patches.with_coincident_in_order(&welded, &parts))
     });
     let (faces, sets) = match choice {
         SampleChoice::Adaptive => {
@@ -71,18 +78,9 @@ pub(super) fn made(
             let sample = |offsets: &[DVec3]| {
                 // Of the first viewpoints it is known already.
                 let seen = seen.take();
-                seen.unwrap_or_else(|| grown_sets(&sampler, &orbit, offsets, &welded))
+                seen.unwrap_or_else(|| sample(offsets))
             };
-            adaptive(
-                &sampler,
-                &orbit,
-                &grouped,
-                &faces,
-                sample,
-                options.held_back(),
-                options.seed,
-                console,
-            )?
+            adaptive(&sampler, &orbit, &grouped, &faces, sample, options, console)?
         }
         SampleChoice::Even(_) | SampleChoice::Listed(_) => {
             let sets = distances.unite(&seen);
@@ -121,7 +119,7 @@ pub(super) fn made(
             SampleChoice::Even(_) => farfield_bundle::Samples::Even,
             SampleChoice::Listed(_) => farfield_bundle::Samples::Listed,
         },
-        neighbors: matches!(choice, SampleChoice::Adaptive),
+        neighbors: options.adds_neighbors(),
         space: orbit.space(),
         missed,
         warning: None,
@@ -137,7 +135,8 @@ fn place(
 ) -> Result<(Vec<DVec3>, Orbit)> {
     let orbit = |distances| {
         let fov = options.fov_degrees.to_radians();
-        Orbit::new(represented, distances, fov, options.resolution)
+        let orbit = Orbit::new(represented, distances, fov, options.resolution);
+        orbit.with_context(|| options.scene.to_string())
     };
     match choice {
         SampleChoice::Adaptive => Ok((samples::even(FIRST_VIEWPOINTS)?, orbit(distances)?)),
@@ -161,8 +160,7 @@ pub(crate) fn sets(sampler: &Sampler<'_>, orbit: &Orbit, offsets: &[DVec3]) -> V
     offsets.par_iter().map(set).collect()
 }
 
-/// The same, and those that share a vertex with one of them and face the viewer: at grazing angles and
-/// between pixels these are seen next.
+/// The same, and their neighbours.
 fn grown_sets(
     sampler: &Sampler<'_>,
     orbit: &Orbit,
@@ -171,31 +169,31 @@ fn grown_sets(
 ) -> Vec<Bitfield> {
     let set = |offset: &DVec3| {
         let seen = sampler.seen(&[orbit.recorder(*offset, FINER)]);
-        let grown = with_neighbors(&seen, welded, |id| sampler.faces(id, *offset));
-        sampler.with_blended(grown)
+        let eye = orbit.center + *offset;
+        sampler.with_blended(sampler.with_neighbors(&seen, welded, eye))
     };
     offsets.par_iter().map(set).collect()
 }
 
-/// Viewpoints and the patches that they see, until held-back views miss none, or there were too many.
-#[expect(clippy::too_many_arguments, reason = "all that a bake knows by then")]
+/// Viewpoints and the patches that they see, until held-back views miss no more than is tolerated, or there
+/// were too many.
 fn adaptive(
     sampler: &Sampler<'_>,
     orbit: &Orbit,
     grouped: &Grouped,
     first: &Triangulation,
     mut sample: impl FnMut(&[DVec3]) -> Vec<Bitfield>,
-    held_back: u32,
-    seed: u64,
+    options: &BitfieldsOptions,
     console: &Console,
 ) -> Result<(Triangulation, Vec<Bitfield>)> {
+    let held_back = options.held_back();
     let settings = AdaptiveSettings {
         distances: orbit.sampled(),
         most_viewpoints: MOST_VIEWPOINTS,
-        tolerated_pixels: 0,
+        tolerated_pixels: options.tolerated_pixels,
         clean_views: held_back,
         most_views: held_back.saturating_mul(PATIENCE),
-        seed,
+        seed: options.seed,
     };
     let sample = |offsets: &[DVec3]| {
         let sets = sample(offsets);
@@ -221,8 +219,9 @@ fn adaptive(
         ..
     } = adapted;
     let missing: u32 = rounds.iter().map(|round| round.missing_views).sum();
+    let what = super::too_much(options);
     console.say(format_args!(
-        "  {} viewpoints; of {looked} views {missing} missed something; clean in a row at last: {clean_views}",
+        "  {} viewpoints; of {looked} views {missing} missed {what}; clean in a row at last: {clean_views}",
         sets.len()
     ));
     if clean_views < held_back {

@@ -52,6 +52,11 @@ pub struct BitfieldsOptions {
     /// Views, held back from the samples, that these are judged by: adaptive ones must miss nothing in
     /// so many one after another. By default [`HELD_BACK`] or [`HELD_BACK_INSIDE`].
     pub held_back: Option<u32>,
+    /// Pixels that one of these views may miss and still not call for more, of adaptive samples.
+    pub tolerated_pixels: u64,
+    /// Whether what a sample sees is taken to be seen together with the triangles that share a vertex with
+    /// it and face the sample; by default with adaptive samples around the scene, and else not.
+    pub neighbors: Option<bool>,
     /// Moves the views that are held back, by all but its first two bits.
     pub seed: u64,
     /// The bundle's folder; by default `target/farfield/<scene>-bitfields`.
@@ -71,6 +76,8 @@ impl BitfieldsOptions {
                 samples: SampleChoice::Adaptive,
             },
             held_back: None,
+            tolerated_pixels: 0,
+            neighbors: None,
             seed: 0,
             out: None,
         }
@@ -121,6 +128,18 @@ impl BitfieldsOptions {
 /// So many views tell what is promised, or more: with fewer a share would be promised that nobody can rely on.
 /// A thousand tell of 99.7 % if all of them are clean.
 const JUDGING: u32 = 1000;
+impl BitfieldsOptions {
+    fn adds_neighbors(&self) -> bool {
+        let is_adaptive = matches!(
+            self.seen_from,
+            SeenFrom::Around {
+                samples: SampleChoice::Adaptive,
+                ..
+            }
+        );
+        self.neighbors.unwrap_or(is_adaptive)
+    }
+}
 
 /// Where views miss something, a bundle promises of so large a share of all that none misses more than it
 /// says: what so large a share of those that the bake looked at did not. The difference is for chance.
@@ -146,7 +165,7 @@ struct Made {
     space: ViewSpace,
     /// How many pixels each of [`JUDGING`] views or more misses that nothing was learnt from, ascending.
     missed: Vec<u64>,
-    /// What should be known of the samples.
+    /// What was told of the samples.
     warning: Option<String>,
 }
 
@@ -195,19 +214,19 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
         } => {
             let fov = options.fov_degrees.to_radians();
             let inside = Inside::new([center, size], cells, fov, options.resolution)?;
-            inside::made(&scene, &inside, &seeded, console)?
+            inside::made(&scene, represented, &inside, &seeded, console).with_context(in_scene)?
         }
     };
-
     let promise = promise(&made.space, &made.missed);
-    loaded.warnings.extend(made.warning.clone());
     loaded.warnings.extend(warning_of_many(options, &promise));
+
     let display = made.grouped.ordered(&scene);
     let files = console.stage("encode", || encode(&display, &made.file))?;
     loaded
         .warnings
         .iter()
         .for_each(|warning| console.warn(warning));
+    loaded.warnings.extend(made.warning.clone());
     let impostor = Impostor {
         name,
         side: None,
@@ -227,6 +246,14 @@ pub fn bake_bitfields(options: &BitfieldsOptions, console: &Console) -> Result<B
 /// Whatever the user's, neither is that of `verify`, whose first two bits are alike: here they differ.
 fn salted(seed: u64) -> u64 {
     1 << 63 | seed & (u64::MAX >> 2)
+}
+
+/// What views must not miss that are held back from adaptive samples.
+fn too_much(options: &BitfieldsOptions) -> String {
+    match options.tolerated_pixels {
+        0 => "something".into(),
+        tolerated => format!("more than {tolerated} pixels"),
+    }
 }
 
 /// Says that adaptive samples were given up.
@@ -362,6 +389,12 @@ fn centers(scene: &Scene) -> Vec<Vec3> {
     scene.triangles.iter().map(center).collect()
 }
 
+/// The triangles of a scene of one object, which share vertices wherever they touch.
+fn welded(scene: &Scene) -> Vec<[u32; 3]> {
+    let positions: Vec<DVec3> = scene.positions.iter().map(|p| p.as_dvec3()).collect();
+    farfield_bitfields::welded(&positions, &scene.triangles)
+}
+
 fn body(scene: &Scene, made: &Made) -> BitfieldsBody {
     let lists = &made.lists;
     let most = (0..lists.count()).map(|list| lists.of(list).len()).max();
@@ -431,6 +464,7 @@ fn manifest(
         technique: Technique::Bitfields {
             samples: made.samples,
             held_back,
+            tolerated_pixels: options.tolerated_pixels,
             seed: options.seed,
             patch_triangles: PatchSettings::default().most_primitives,
             finer: FINER,

@@ -2,7 +2,7 @@
 
 use super::grouped::Grouped;
 use crate::drawn;
-use farfield_bitfields::Bitfield;
+use farfield_bitfields::{Bitfield, with_neighbors};
 use farfield_sampling::{NONE, Textures};
 use farfield_scene::Scene;
 use farfield_views::Camera;
@@ -49,6 +49,20 @@ impl<'a> Sampler<'a> {
             });
         }
         set
+    }
+
+    /// A set that is seen from a point of the world, and those that share a vertex with one of it and face
+    /// the point: at grazing angles and between pixels these are seen next.
+    ///
+    /// * `welded` - the scene's triangles, which share vertices wherever they touch
+    pub(super) fn with_neighbors(
+        &self,
+        seen: &Bitfield,
+        welded: &[[u32; 3]],
+        eye: DVec3,
+    ) -> Bitfield {
+        let eye = self.in_object(eye);
+        with_neighbors(seen, welded, |id| self.faces(id, eye))
     }
 
     /// A set, and all that is seen from everywhere.

@@ -80,6 +80,8 @@ pub(crate) fn listed(path: &Path) -> Result<Listed> {
         lines: Vec::new(),
         path: path.to_owned(),
     };
+    // Some editors begin files with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     for (number, line) in (1..).zip(text.lines()) {
         let content = line.split('#').next().unwrap_or_default();
         let words: Vec<&str> = content
@@ -138,8 +140,14 @@ impl Listed {
             }
             error => anyhow!("{path}: {error}"),
         })?;
-        let faces =
-            Triangulation::new(&directions, DVec3::ZERO).with_context(|| path.to_string())?;
+        let faces = Triangulation::new(&directions, DVec3::ZERO).map_err(|error| match error {
+            TriangulationError::TooFew { count } => anyhow!(
+                "{path}: of the viewpoints listed, {}, the directions from the centre are {count}, but at \
+                 least 4 are needed to surround the scene",
+                self.viewpoints.len()
+            ),
+            error => anyhow!("{path}: {error}"),
+        })?;
         let range = distances
             .iter()
             .fold([f64::INFINITY, 0.0], |[min, max], d| {
@@ -160,6 +168,15 @@ mod tests {
     }
 
     const AROUND: &str = "# four\n2 2 2\n\n2,-2,-2 # a comment\n\t-2 2 -2\n-2 -2 2\n";
+
+    /// What some editors write before the first line is no part of it.
+    #[test]
+    fn a_byte_order_mark_is_skipped() {
+        assert_eq!(
+            read("\u{feff}1 2 3\n").unwrap().viewpoints,
+            [DVec3::new(1.0, 2.0, 3.0)]
+        );
+    }
 
     #[test]
     fn a_list_gives_directions_and_distances() {
@@ -212,6 +229,11 @@ mod tests {
                 "do not surround",
             ),
             (String::new(), ": ", "at least 4"),
+            (
+                "1 1 1\n2 2 2\n-1 -1 -1\n-3 -3 -3\n5 5 5\n".into(),
+                ": ",
+                "listed, 5, the directions from the centre are 2, but at least 4",
+            ),
         ];
         for (text, at, what) in cases {
             let found = read(&text).unwrap().directions(DVec3::ZERO, 1.0);

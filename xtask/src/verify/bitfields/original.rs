@@ -81,7 +81,8 @@ pub(super) fn compare(original: &Scene, display: &Scene, parts: &[u32]) -> Resul
     Ok(Same { places, faults })
 }
 
-/// The triangles of a part, ordered by the bits of their corners.
+/// The triangles of a part, ordered by the bits of their corners; those with the same ones as they are
+/// drawn, which decides what of them is seen.
 fn sorted(scene: &Scene, part: std::ops::Range<u32>) -> Vec<([[u32; 3]; 3], u32)> {
     let bits = |vertex: u32| {
         scene.positions[vertex as usize]
