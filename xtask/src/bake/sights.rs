@@ -22,7 +22,11 @@ const FIRST: Range<u64> = 0..150;
 ///
 /// Holes are narrow, and seen from few directions: as many pictures find more of them from as many
 /// viewpoints than several from each.
-const OTHERS: Range<u64> = 150..4050;
+const OTHERS: Range<u64> = 150..8050;
+
+/// Viewpoints from which is looked at last, at the mesh as it is: its borders farther in hide, now and then,
+/// what they leave open where they are.
+const LAST: Range<u64> = 0..1050;
 
 /// So many of these at a time: what is closed for some need not be found by others.
 const AT_A_TIME: u64 = 60;
@@ -63,13 +67,15 @@ impl Sights<'_> {
         let mut open = BTreeSet::new();
         let shrunk = shrunk(mesh, MARGIN);
         let seen = self.seen(FIRST);
-        for viewpoints in std::iter::once(FIRST).chain(others) {
+        let with_margin = std::iter::once(FIRST).chain(others);
+        let looks = with_margin.map(|viewpoints| (&shrunk, viewpoints));
+        for (mesh, viewpoints) in looks.chain([(mesh, LAST)]) {
             let mut viewpoints: Vec<u64> = viewpoints.collect();
             for reach in REACHES {
                 if viewpoints.is_empty() {
                     break;
                 }
-                let closed = with_rectangles(&shrunk, voxels, &open);
+                let closed = with_rectangles(mesh, voxels, &open);
                 let gaps = self.gaps(&seen, &viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
