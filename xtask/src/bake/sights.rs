@@ -31,9 +31,9 @@ const LAST: Range<u64> = 0..1050;
 /// So many of these at a time: what is closed for some need not be found by others.
 const AT_A_TIME: u64 = 60;
 
-/// How far around gaps squares are put, in voxels along each axis: in the voxel itself, then farther, and
-/// at last given up.
-const REACHES: [f32; 3] = [0.5, 1.0, 2.0];
+/// How far around gaps squares are put, in voxels along each axis: in the voxel itself and those around it,
+/// as where there is one gap there are mostly more, then farther, and at last given up.
+const REACHES: [f32; 3] = [1.0, 1.5, 2.5];
 
 /// Of the viewpoints within: others than those from which bundles are verified.
 const SEED: u64 = 0x0062_616b_6564;
