@@ -16,17 +16,13 @@ impl Scene {
     /// When an object or a triangle does not exist.
     pub fn drawing_only(&self, drawn: &BTreeSet<[u32; 2]>) -> Scene {
         let mut selection = Scene {
-            triangles: Vec::with_capacity(drawn.len()),
-            triangle_materials: Vec::with_capacity(drawn.len()),
-            meshes: Vec::new(),
-            objects: Vec::new(),
-            images: Vec::new(),
             positions: self.positions.clone(),
             normals: self.normals.clone(),
             uvs: self.uvs.clone(),
             colors: self.colors.clone(),
             materials: self.materials.clone(),
             textures: self.textures.clone(),
+            ..Scene::default()
         };
         let drawn: Vec<&[u32; 2]> = drawn.iter().collect();
         for of_object in drawn.chunk_by(|a, b| a[0] == b[0]) {

@@ -134,9 +134,8 @@ impl Sights<'_> {
         let of_view = |&index: &u64| {
             let view = self.view(index);
             let original = rasterize(seen, self.textures, &view).depth;
-            let farthest = greatest_of_nine(&original, f64::INFINITY, f64::max);
             let shown = rasterize(&mesh, &mesh_textures, &view).depth;
-            let gaps = self.open(&view, [&original, &shown], &farthest);
+            let gaps = self.open(&view, &original, &shown);
             let place = |[x, y]: [usize; 2]| {
                 let in_view = view.view_from_pixel(middle([x, y]), original[(x, y)]);
                 let point = view.pose.point_in_world(in_view);
@@ -150,12 +149,7 @@ impl Sights<'_> {
 
     /// Pixels in which a picture of the mesh shows nothing or what is by more layers than allowed behind
     /// all that the original shows in them and around, if it is covered there.
-    fn open(
-        &self,
-        camera: &Camera,
-        [original, shown]: [&Grid<f64>; 2],
-        farthest: &Grid<f64>,
-    ) -> Vec<[usize; 2]> {
+    fn open(&self, camera: &Camera, original: &Grid<f64>, shown: &Grid<f64>) -> Vec<[usize; 2]> {
         let borders = self.stack.borders();
         let layers = LayersSeen::new(camera, &self.stack.pose, &borders);
         let seen =
@@ -170,6 +164,7 @@ impl Sights<'_> {
         let pixels = (0..shown.height()).flat_map(|y| (0..shown.width()).map(move |x| [x, y]));
         // What lies before the farthest around is no gap, and quick to tell; at the picture's border nothing
         // is behind it.
+        let farthest = greatest_of_nine(original, f64::INFINITY, f64::max);
         let suspect = |[x, y]: &[usize; 2]| shown[(*x, *y)] > farthest[(*x, *y)];
         pixels.filter(suspect).filter(is_gap).collect()
     }
