@@ -6,6 +6,7 @@ use farfield_layers::{Aim, PromisedCamera, box_corners};
 use farfield_sampling::{Foliage, Textures};
 use farfield_scene::Scene;
 use farfield_views::ViewCell;
+use std::fmt::Write;
 use std::path::Path;
 use xtask::auto::{layered_bytes, survey, tdm_bytes};
 use xtask::recording::Settings;
@@ -117,6 +118,46 @@ fn a_mesh_is_closed_where_surfaces_draw_apart() {
     bake(&mesh_of(house, 96, 2.0, &dir), &Console::Silent).unwrap();
     let found = verified(&dir, 60);
     assert_eq!(found.gap_pixels, 0, "{:?}", found.broken);
+}
+
+/// A white bowl with a black one right behind it: a mesh may lie between the two, but nothing of the black
+/// one can be seen.
+#[test]
+fn what_is_hidden_right_behind_does_not_shine_through() {
+    const SIDE: u32 = 60;
+    let mut ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\n\
+         property list uchar int vertex_indices\nend_header\n",
+        2 * (SIDE + 1).pow(2),
+        4 * SIDE.pow(2),
+    );
+    // The one behind is smaller, so that it cannot be seen beside the other.
+    for (reach, behind, shade) in [(1.0, 0.0, 255), (0.9, 0.04, 0)] {
+        for (y, x) in (0..=SIDE).flat_map(|y| (0..=SIDE).map(move |x| (y, x))) {
+            let [x, y] = [x, y].map(|at| reach * (2.0 * f64::from(at) / f64::from(SIDE) - 1.0));
+            let z = 0.3 * (x * x + y * y) - behind;
+            writeln!(ply, "{x} {y} {z} {shade} {shade} {shade}").unwrap();
+        }
+    }
+    for first in [0, (SIDE + 1).pow(2)] {
+        for (y, x) in (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (y, x))) {
+            let [a, b] = [y, y + 1].map(|row| first + row * (SIDE + 1) + x);
+            writeln!(ply, "3 {a} {} {}\n3 {a} {} {b}", a + 1, b + 1, b + 1).unwrap();
+        }
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [file, dir] = ["bowls.ply", "bundle"].map(|name| folder.path().join(name));
+    std::fs::write(&file, ply).unwrap();
+    let options = BakeOptions {
+        making: Making::Tdm { enlarged: 1.5 },
+        channels: Channels::Unlit,
+        ..options_in_cell(SceneChoice::File(file), "box:0,0,3:1,1,1", 128, &dir)
+    };
+    bake(&options, &Console::Silent).unwrap();
+    let found = verified(&dir, 30);
+    assert!(found.holds, "{:?}", found.broken);
+    assert_eq!(found.stray_pixels, 0);
 }
 
 /// Larger voxels give fewer triangles.

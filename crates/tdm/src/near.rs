@@ -26,13 +26,25 @@ impl VoxelIndex {
     ///
     /// When a voxel lies outside of its layer, or there are not as many borders as layers and one.
     pub fn new(voxels: &VoxelLayers<'_>) -> Self {
+        Self::of(voxels, |_| true)
+    }
+
+    /// Sorts only those voxels into columns whose numbers are chosen.
+    ///
+    /// # Panics
+    ///
+    /// As [`VoxelIndex::new`].
+    pub fn of(voxels: &VoxelLayers<'_>, is_chosen: impl Fn(u32) -> bool) -> Self {
         let (width, height) = (voxels.width as usize, voxels.height as usize);
-        let column = |[x, y]: &[u16; 2]| {
-            assert!(usize::from(*x) < width, "a voxel in column {x} of {width}");
-            usize::from(*x) + width * usize::from(*y)
+        let column = |[x, y]: [u16; 2]| {
+            assert!(usize::from(x) < width, "a voxel in column {x} of {width}");
+            usize::from(x) + width * usize::from(y)
         };
+        let places = voxels.layers.iter().enumerate();
+        let places = places.flat_map(|(l, layer)| layer.iter().map(move |at| (l, *at)));
+        let chosen = || (0..).zip(places.clone()).filter(|(id, _)| is_chosen(*id));
         let mut starts = vec![0u32; width * height + 1];
-        for at in voxels.layers.iter().flatten() {
+        for (_, (_, at)) in chosen() {
             starts[column(at) + 1] += 1;
         }
         for i in 1..starts.len() {
@@ -41,15 +53,11 @@ impl VoxelIndex {
         let count = starts[width * height] as usize;
         let (mut ids, mut depths) = (vec![0; count], vec![0.0; count]);
         let mut next = starts.clone();
-        let mut id = 0;
-        for (l, layer) in voxels.layers.iter().enumerate() {
-            for at in layer {
-                let place = &mut next[column(at)];
-                ids[*place as usize] = id;
-                depths[*place as usize] = voxels.middle(l);
-                *place += 1;
-                id += 1;
-            }
+        for (id, (layer, at)) in chosen() {
+            let place = &mut next[column(at)];
+            ids[*place as usize] = id;
+            depths[*place as usize] = voxels.middle(layer);
+            *place += 1;
         }
         Self {
             width,
@@ -124,7 +132,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// What is near is what a search through all voxels finds.
+        /// What is near is what a search through all voxels, or through those that were chosen, finds.
         #[test]
         fn what_is_near_is_found(
             blob in blobs(),
@@ -137,7 +145,14 @@ mod tests {
             found.sort_by_key(|(id, _)| *id);
             let all = (0..).zip(voxels.boxes(1.0).into_iter().map(|b| b.center));
             let near = all.filter(|(_, center)| (point - *center).abs().cmple(reach).all());
-            prop_assert_eq!(found, near.collect::<Vec<_>>());
+            let mut near: Vec<_> = near.collect();
+            prop_assert_eq!(&found, &near);
+
+            let is_chosen = |id: u32| id % 3 == 1;
+            let mut chosen: Vec<_> = VoxelIndex::of(&voxels, is_chosen).near(point, reach).collect();
+            chosen.sort_by_key(|(id, _)| *id);
+            near.retain(|(id, _)| is_chosen(*id));
+            prop_assert_eq!(chosen, near);
         }
     }
 }

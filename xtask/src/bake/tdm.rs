@@ -17,8 +17,9 @@ use farfield_layers::{corners_in_view, smallest_texel};
 use farfield_pages::{page_scene, place_as_object};
 use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
-use farfield_tdm::{Chart, VoxelIndex, charts, initial_mesh, pieces, simplify};
+use farfield_tdm::{Chart, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use std::collections::{BTreeSet, HashSet};
 
 /// Bakes one textured depth mesh of a part of the scene that the textures are of; `None` where nothing
 /// of it can be seen.
@@ -61,11 +62,11 @@ pub(super) fn bake(
         stack,
         projection: &projection,
     };
-    let (index, enlarged) = (VoxelIndex::new(&voxels), enlarged as f32);
+    let enlarged = enlarged as f32;
     let initial = console.stage("connect", || initial_mesh(&voxels, &points, enlarged));
     let simple = console.stage("simplify", || simplify(&initial, &voxels, enlarged).mesh);
     let open = console.stage("look through", || {
-        sights.open_voxels(&simple, &voxels, &index)
+        sights.open_voxels(&simple, &voxels, &VoxelIndex::new(&voxels))
     });
     let (positions, mut triangles) = with_rectangles(&simple, &voxels, &open);
     let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
@@ -94,7 +95,7 @@ pub(super) fn bake(
     let pages = console.stage("paint", || {
         let painter = Painter {
             projection: &projection,
-            index,
+            index: displayed(&voxels, &simple, &open),
             colors: &colors,
             normals: &normals(scene, &stack.pose, &visible.samples),
             triangles: &triangles,
@@ -123,6 +124,13 @@ pub(super) fn bake(
         smallest_texel: smallest_texel(stack, &corners, &settings.camera),
     };
     Ok(Some((baked, layers)))
+}
+
+/// The voxels that a mesh and rectangles stand for. Others, right behind what is in front, are not to shine
+/// through where the mesh lies between.
+fn displayed(voxels: &VoxelLayers<'_>, mesh: &Mesh, open: &BTreeSet<u32>) -> VoxelIndex {
+    let standing: HashSet<u32> = mesh.voxels.iter().flatten().chain(open).copied().collect();
+    VoxelIndex::of(voxels, |voxel| standing.contains(&voxel))
 }
 
 /// What is displayed: one object, one mesh, an opaque, unlit material a page, seen from both sides, as
