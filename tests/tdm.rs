@@ -158,6 +158,7 @@ fn what_is_hidden_right_behind_does_not_shine_through() {
     let found = verified(&dir, 30);
     assert!(found.holds, "{:?}", found.broken);
     assert_eq!(found.stray_pixels, 0);
+    assert!(found.ssim_mean > 0.9, "{}", found.ssim_mean);
 }
 
 /// Larger voxels give fewer triangles.

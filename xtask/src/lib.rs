@@ -2,6 +2,7 @@
 
 mod bake;
 mod built_in;
+mod chance;
 mod console;
 mod device;
 mod drawn;

@@ -16,14 +16,22 @@ pub(super) const GUTTER: u32 = 1;
 /// What the texels of a mesh's charts are painted from.
 pub(super) struct Painter<'a> {
     pub projection: &'a Projection,
-    pub index: VoxelIndex,
-    /// Of the voxels.
-    pub colors: &'a [[u8; 3]],
-    /// Of the surfaces in them, on the side whose colour it is.
-    pub normals: &'a [Vec3],
+    pub voxels: VoxelColors<'a>,
     pub triangles: &'a [[u32; 3]],
     /// Places of the vertices in the world.
     pub world: &'a [DVec3],
+}
+
+/// What voxels look like.
+pub(super) struct VoxelColors<'a> {
+    /// Of the voxels that a mesh stands for.
+    pub index: VoxelIndex,
+    /// Of all voxels.
+    pub colors: &'a [[u8; 3]],
+    /// Of the surfaces in them, on the side whose colour it is.
+    pub normals: &'a [Vec3],
+    /// Whether what has the colour can be seen.
+    pub shown: &'a [bool],
 }
 
 impl Painter<'_> {
@@ -54,34 +62,38 @@ impl Painter<'_> {
             let point = a + (b - a) * to_b + (c - a) * to_c;
             let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
             let place = self.projection.place(point).as_vec3();
-            let color = blended(&self.index, self.colors, self.normals, place, normal);
-            ([texel.x, texel.y], color)
+            ([texel.x, texel.y], self.voxels.blended(place, normal))
         };
         texels.iter().map(color).collect()
     }
 }
 
-/// The colour of the voxels near a place in the grid, the nearer and the more alike in direction the
-/// more.
-fn blended(
-    index: &VoxelIndex,
-    colors: &[[u8; 3]],
-    normals: &[Vec3],
-    place: Vec3,
-    normal: Vec3,
-) -> [u8; 3] {
-    let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-    for (voxel, weight) in index.blended(place) {
-        let alike = normal.dot(normals[voxel as usize]);
-        let weight = weight * alike.max(SIDEWAYS);
-        sum += Vec3::from(colors[voxel as usize].map(f32::from)) * weight;
-        weights += weight;
+impl VoxelColors<'_> {
+    /// The colour of the voxels near a place in the grid, the nearer and the more alike in direction the
+    /// more.
+    fn blended(&self, place: Vec3, normal: Vec3) -> [u8; 3] {
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for (voxel, weight) in self.index.blended(place) {
+            let alike = normal.dot(self.normals[voxel as usize]);
+            let seen = if self.shown[voxel as usize] {
+                1.0
+            } else {
+                HIDDEN
+            };
+            let weight = weight * alike.max(SIDEWAYS) * seen;
+            sum += Vec3::from(self.colors[voxel as usize].map(f32::from)) * weight;
+            weights += weight;
+        }
+        (sum / weights).round().to_array().map(|c| c as u8)
     }
-    (sum / weights).round().to_array().map(|c| c as u8)
 }
 
 /// What counts of a voxel whose surface faces elsewhere: it has a say where there is no other.
 const SIDEWAYS: f32 = 1e-3;
+
+/// And of a voxel whose colour is that of something hidden, as where a surface only passes a corner of it
+/// before another.
+const HIDDEN: f32 = 1e-4;
 
 /// Normals of the surfaces of samples; where both sides are seen, that on the side of the reference
 /// viewpoint, which the colours are of.
@@ -105,23 +117,41 @@ mod tests {
     use farfield_grid::BitMask;
     use farfield_tdm::VoxelLayers;
 
-    /// At an edge, front and back have their own colours; one that faces neither way has some.
-    #[test]
-    fn a_back_does_not_shine_through_an_edge() {
-        let voxels = VoxelLayers {
+    const COLORS: [[u8; 3]; 2] = [[200, 0, 0], [0, 0, 200]];
+
+    /// The colour between two voxels.
+    fn between(normals: &[Vec3; 2], shown: &[bool; 2], normal: Vec3) -> [u8; 3] {
+        let layers = VoxelLayers {
             width: 2,
             height: 1,
             layers: &[vec![[0, 0], [1, 0]]],
             reached: &[BitMask::full(2, 1)],
             borders: &[0.0, 1.0],
         };
-        let index = VoxelIndex::new(&voxels);
-        let colors = [[200, 0, 0], [0, 0, 200]];
-        let normals = [Vec3::Z, Vec3::NEG_Z];
-        let between = Vec3::new(1.0, 0.5, 0.5);
-        let color = |normal| blended(&index, &colors, &normals, between, normal);
-        assert_eq!(color(Vec3::Z), colors[0]);
-        assert_eq!(color(Vec3::NEG_Z), colors[1]);
+        let voxels = VoxelColors {
+            index: VoxelIndex::new(&layers),
+            colors: &COLORS,
+            normals,
+            shown,
+        };
+        voxels.blended(Vec3::new(1.0, 0.5, 0.5), normal)
+    }
+
+    /// At an edge, front and back have their own colours; one that faces neither way has some.
+    #[test]
+    fn a_back_does_not_shine_through_an_edge() {
+        let color = |normal| between(&[Vec3::Z, Vec3::NEG_Z], &[true; 2], normal);
+        assert_eq!(color(Vec3::Z), COLORS[0]);
+        assert_eq!(color(Vec3::NEG_Z), COLORS[1]);
         assert_eq!(color(Vec3::X), [100, 0, 100]);
+    }
+
+    /// What is hidden has a colour only where nothing else has one.
+    #[test]
+    fn what_is_hidden_does_not_shine_through() {
+        let color = |shown| between(&[Vec3::Z; 2], &shown, Vec3::Z);
+        assert_eq!(color([false, true]), COLORS[1]);
+        assert_eq!(color([true, true]), [100, 0, 100]);
+        assert_eq!(color([false, false]), [100, 0, 100]);
     }
 }

@@ -55,9 +55,11 @@ impl Sights<'_> {
     /// pixel and those around it, and sees nothing or what is behind; where they do not suffice, those
     /// around them.
     ///
+    /// * `seen` - of the scene
     /// * `voxels` - of the stack, `index` them
     pub(super) fn open_voxels(
         &self,
+        seen: &Scene,
         mesh: &Mesh,
         voxels: &VoxelLayers<'_>,
         index: &VoxelIndex,
@@ -66,7 +68,6 @@ impl Sights<'_> {
         let others = others.map(|first| first..(first + AT_A_TIME).min(OTHERS.end));
         let mut open = BTreeSet::new();
         let shrunk = shrunk(mesh, MARGIN);
-        let seen = self.seen(FIRST);
         let with_margin = std::iter::once(FIRST).chain(others);
         let looks = with_margin.map(|viewpoints| (&shrunk, viewpoints));
         for (mesh, viewpoints) in looks.chain([(mesh, LAST)]) {
@@ -76,7 +77,7 @@ impl Sights<'_> {
                     break;
                 }
                 let closed = with_rectangles(mesh, voxels, &open);
-                let gaps = self.gaps(&seen, &viewpoints, &closed);
+                let gaps = self.gaps(seen, &viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
                 viewpoints = gaps.into_iter().map(|(viewpoint, _)| viewpoint).collect();
@@ -86,22 +87,37 @@ impl Sights<'_> {
         open
     }
 
-    /// What of the scene some viewpoints see. What they miss is little, and costs as much as the rest.
-    fn seen(&self, viewpoints: Range<u64>) -> Scene {
-        let of_view = |index| {
-            let seen = rasterize(self.scene, self.textures, &self.view(index));
+    /// What the first viewpoints see of the scene, as a scene of its own, and which points of its surface:
+    /// those that lie no deeper than something in their pixel or around it. What they miss is little, and
+    /// costs as much as the rest.
+    pub(super) fn seen(&self, points: &[DVec3]) -> (Scene, Vec<bool>) {
+        let of_view = |viewpoint| {
+            let view = self.view(viewpoint);
+            let seen = rasterize(self.scene, self.textures, &view);
             let drawn = seen.objects.cells().iter().zip(seen.triangles.cells());
             let drawn = drawn.filter(|(object, _)| **object != farfield_sampling::NONE);
-            drawn
+            let drawn: BTreeSet<[u32; 2]> = drawn
                 .map(|(object, triangle)| [*object, *triangle])
-                .collect()
+                .collect();
+            let farthest = greatest_of_nine(&seen.depth, f64::INFINITY, f64::max);
+            let is_shown = |point: &DVec3| {
+                let in_view = view.pose.point_in_view(*point);
+                let [x, y] = view.pixel_from_view(in_view).to_array();
+                let is_within = in_view.z > 0.0
+                    && (0.0..f64::from(view.width)).contains(&x)
+                    && (0.0..f64::from(view.height)).contains(&y);
+                is_within && in_view.z <= farthest[(x as usize, y as usize)]
+            };
+            (drawn, points.iter().map(is_shown).collect())
         };
-        let views = viewpoints.into_par_iter().map(of_view);
-        let all: BTreeSet<[u32; 2]> = views.reduce(BTreeSet::new, |mut all, of_view| {
-            all.extend(of_view);
+        let none = || (BTreeSet::new(), vec![false; points.len()]);
+        let views = FIRST.into_par_iter().map(of_view);
+        let (drawn, shown) = views.reduce(none, |mut all, of_view| {
+            all.0.extend(of_view.0);
+            all.1.iter_mut().zip(of_view.1).for_each(|(a, b)| *a |= b);
             all
         });
-        self.scene.drawing_only(&all)
+        (self.scene.drawing_only(&drawn), shown)
     }
 
     /// The camera at a viewpoint.

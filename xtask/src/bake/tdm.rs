@@ -2,7 +2,7 @@
 //! (S. Jeschke, Accelerating the Rendering Process Using Impostors, 2005, chapter 4).
 
 use super::Baked;
-use super::painter::{GUTTER, Painter, normals};
+use super::painter::{GUTTER, Painter, VoxelColors, normals};
 use super::recording::{Layers, Settings, description, recording_camera};
 use super::sights::{Sights, with_rectangles};
 use super::voxelize::{Voxels, voxelize};
@@ -65,8 +65,13 @@ pub(super) fn bake(
     let enlarged = enlarged as f32;
     let initial = console.stage("connect", || initial_mesh(&voxels, &points, enlarged));
     let simple = console.stage("simplify", || simplify(&initial, &voxels, enlarged).mesh);
+    let samples = visible.samples.iter();
+    let hits: Vec<DVec3> = samples
+        .map(|sample| sample.hit.point_in_world(scene))
+        .collect();
+    let (seen, shown) = console.stage("look", || sights.seen(&hits));
     let open = console.stage("look through", || {
-        sights.open_voxels(&simple, &voxels, &VoxelIndex::new(&voxels))
+        sights.open_voxels(&seen, &simple, &voxels, &VoxelIndex::new(&voxels))
     });
     let (positions, mut triangles) = with_rectangles(&simple, &voxels, &open);
     let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
@@ -95,9 +100,12 @@ pub(super) fn bake(
     let pages = console.stage("paint", || {
         let painter = Painter {
             projection: &projection,
-            index: displayed(&voxels, &simple, &open),
-            colors: &colors,
-            normals: &normals(scene, &stack.pose, &visible.samples),
+            voxels: VoxelColors {
+                index: displayed(&voxels, &simple, &open),
+                colors: &colors,
+                normals: &normals(scene, &stack.pose, &visible.samples),
+                shown: &shown,
+            },
             triangles: &triangles,
             world: &world,
         };

@@ -10,6 +10,7 @@ mod samples;
 mod solids;
 
 use super::{BakeReport, BitfieldsReport, ImpostorReport};
+use crate::chance::{IMPROBABLE, sure_share};
 use crate::console::{Console, peak_rss_bytes};
 use crate::device::Device;
 use crate::drawn::{self, flattened};
@@ -141,13 +142,11 @@ impl BitfieldsOptions {
     }
 }
 
-/// Where views miss something, a bundle promises of so large a share of all that none misses more than it
-/// says: what so large a share of those that the bake looked at did not. The difference is for chance.
+/// The least share of all views of which it is promised that none misses anything. Where that cannot be, a
+/// bundle promises of so large a share that none misses more than it says: what so large a share of those
+/// that the bake looked at did not. The difference is for chance.
 const PROMISED_SHARE: f64 = 0.95;
 const MEASURED_SHARE: f64 = 0.99;
-
-/// How likely chance may have it that fewer of all views keep to what is promised.
-const DOUBT: f64 = 0.05;
 
 /// What is drawn of a scene.
 struct Made {
@@ -346,22 +345,26 @@ const MISSED: &str = "A pixel is missed where the triangle that it shows is not 
 pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
     let count = missed.len();
     assert!(count >= JUDGING as usize, "{count} views are too few");
-    // If a smaller share of all views missed no more than the worst of these, they would be so good with a
-    // probability of share^count = DOUBT at most. Rounded down.
-    let sure = (DOUBT.powf(1.0 / count as f64) * 1e4).floor() / 1e4;
-    let (most, share, found) = match missed[count - 1] {
-        0 => (0, sure, "none missed any".into()),
-        _ => (
+    let missing = count - missed.partition_point(|pixels| *pixels == 0);
+    let clean = sure_share(count as u64, missing as u64);
+    let (most, share, found) = if clean >= PROMISED_SHARE {
+        let missing = match missing {
+            0 => "none".into(),
+            some => some.to_string(),
+        };
+        (0, clean, format!("{missing} missed any"))
+    } else {
+        (
             percentile(missed, MEASURED_SHARE),
             PROMISED_SHARE,
             format!("{} missed no more", percent(MEASURED_SHARE)),
-        ),
+        )
     };
     let found = format!(
         "Found by looking: of {count} views that the bake learnt nothing from, {found}. It is promised of {} \
          of all, which holds with {} confidence.",
         percent(share),
-        percent(1.0 - DOUBT)
+        percent(1.0 - IMPROBABLE)
     );
     let [aim, all] = match space {
         ViewSpace::Inside { .. } => [ANYWHERE, ALL_WITHIN],
@@ -594,6 +597,11 @@ mod tests {
     fn no_more_is_promised_than_views_can_tell() {
         assert_eq!(promised(&[0; 3000]), (0, 0.999));
         assert_eq!(promised(&[0; 1000]), (0, 0.997));
+        let few = |missing: usize| [vec![0; 1000 - missing], vec![7; missing]].concat();
+        assert_eq!(promised(&few(1)), (0, 0.9952));
+        assert_eq!(promised(&few(38)), (0, 0.9504));
+        // One of a hundred misses more.
+        assert_eq!(promised(&few(39)), (7, 0.95));
         let many: Vec<u64> = (0..1000).collect();
         assert_eq!(promised(&many), (989, 0.95));
         assert_eq!([0.95, 0.999, 1.0].map(percent), ["95 %", "99.9 %", "100 %"]);

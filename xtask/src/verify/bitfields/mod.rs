@@ -1,6 +1,5 @@
 //! Whether ID-bitfields draw all that is seen: file, views, plot, report.
 
-mod chance;
 mod curves;
 mod look;
 mod original;
@@ -11,6 +10,7 @@ use super::report::{self, BitfieldsFigures, VerifyReport};
 use super::subject::require_same_box;
 use super::{Left, VerifyOptions, Views, leave, tell_certificate, write_pictures};
 use crate::bake::{cost_of_a_list, percent};
+use crate::chance::most_by_chance;
 use crate::console::Console;
 use crate::drawn::flattened;
 use crate::view_cell::represented_box;
@@ -166,7 +166,7 @@ impl Promised {
     /// The most of some views that may miss more; nothing where one view is to tell of a share of all.
     fn allowed(self, views: Views) -> Option<u64> {
         match views {
-            Views::First(count) => Some(chance::most_by_chance(count, self.share)),
+            Views::First(count) => Some(most_by_chance(count, self.share)),
             Views::One(_) => (self.share >= 1.0).then_some(0),
         }
     }

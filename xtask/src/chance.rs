@@ -1,11 +1,29 @@
-//! How many views may miss more than is promised of a share of them.
+//! What views that were looked at tell of all views.
 
-/// What is less probable than this, under what is promised, breaks the promise.
-const IMPROBABLE: f64 = 0.05;
+/// What is less probable than this does not happen: what is promised of a share of all views holds with the
+/// confidence that is left, and is broken where so many views fail.
+pub(crate) const IMPROBABLE: f64 = 0.05;
+
+/// The largest share of all views that can be promised to succeed, where `failed` of `views` independent ones
+/// did not: if fewer of all did, so few that fail would be improbable. Rounded down to a hundredth of a
+/// percent.
+pub(crate) fn sure_share(views: u64, failed: u64) -> f64 {
+    let so_few = |share: f64| 1.0 - binomial_tail(views, failed + 1, 1.0 - share);
+    // It rises with the share.
+    let (mut sure, mut unsure) = (0.0, 1.0);
+    for _ in 0..50 {
+        let middle = f64::midpoint(sure, unsure);
+        match so_few(middle) <= IMPROBABLE {
+            true => sure = middle,
+            false => unsure = middle,
+        }
+    }
+    (sure * 1e4).floor() / 1e4
+}
 
 /// The most of `views` independent views that may miss more than is promised, where a share `promised` of
 /// all views does not: more would be improbable.
-pub(super) fn most_by_chance(views: u64, promised: f64) -> u64 {
+pub(crate) fn most_by_chance(views: u64, promised: f64) -> u64 {
     let share = 1.0 - promised;
     let is_probable = |least| binomial_tail(views, least, share) >= IMPROBABLE;
     // The tail falls with the number. That none or more do is certain.
@@ -85,6 +103,31 @@ mod tests {
         // Half of all numbers of heads are at least half of the coins, and a bit more.
         let half = binomial_tail(100_000, 50_000, 0.5);
         assert!((0.5..0.502).contains(&half), "{half}");
+    }
+
+    /// As tables of Clopper and Pearson's one-sided limits have it.
+    #[test]
+    fn shares_are_sure() {
+        for (views, failed, sure) in [
+            // 0.05^(1 / views).
+            (3000, 0, 0.999),
+            (1000, 0, 0.997),
+            (10, 0, 0.7411),
+            // 1 - 4.744 / 3000 and, of many views, 1 - 7.754 / views.
+            (3000, 1, 0.9984),
+            (100_000, 3, 0.9999),
+            // 0.3942 and 0.5069 of them.
+            (10, 1, 0.6058),
+            (10, 2, 0.4930),
+            (7, 7, 0.0),
+            (0, 0, 0.0),
+        ] {
+            assert_eq!(sure_share(views, failed), sure, "{failed} of {views}");
+        }
+        // Who promises so large a share is not found to have broken it by the same views.
+        for (views, failed) in [(256, 3), (1000, 20), (3000, 1)] {
+            assert!(most_by_chance(views, sure_share(views, failed)) >= failed);
+        }
     }
 
     /// A promise of all views allows none; of a share, what chance may bring, and no view more.
