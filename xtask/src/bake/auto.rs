@@ -159,12 +159,13 @@ pub const LAYERED: Powers = Powers {
 /// The cost of textured depth meshes with voxels enlarged by 1.5, of turns and triangles of the scene:
 /// where a surface goes on as it is, a mesh needs no vertices and has large charts.
 ///
-/// Fitted like [`LAYERED`]. It is off by 43 % on average there, and by 51 % for the other bakes; leaves
-/// and houses of a city, each a mesh of its own, cost twice what is predicted. The technique that is
-/// predicted to cost less does so in 19 of the 23 bakes, and in 10 of the 12.
+/// Fitted like [`LAYERED`]. It is off by 42 % on average there, and by 48 % for the other bakes: a house
+/// costs a third to two thirds of what is predicted, leaves and houses of a city, each a mesh of its own,
+/// two or three times as much. The technique that is predicted to cost less does so in 19 of the 23 bakes,
+/// and in 11 of the 12.
 pub const TDM: Powers = Powers {
-    factor: 23.9,
-    exponents: [0.967, 0.030],
+    factor: 13.5,
+    exponents: [1.026, 0.011],
 };
 
 /// Bytes that are predicted for layers of a survey as quads.

@@ -423,7 +423,8 @@ const STRAY: f64 = 0.0005;
 
 /// A mesh passes within enlarged voxels of what it stands for.
 const NEAR_BY: &str = "The mesh may pass half the side of an enlarged voxel from what it stands for, and \
-    by as much its outlines are shorter or longer.";
+    by as much its outlines are shorter or longer. What it shows up to three layers behind where it is, two \
+    with a factor of 1, is no gap.";
 
 /// Leaves that are set by their centres come and go with the viewpoint.
 const BY_CENTRES: &str = "Masked surfaces are recorded by the centres of texels: as much is \
@@ -564,8 +565,11 @@ fn first_within(
     let mut best: Option<Attempt> = None;
     for (number, making) in (1..).zip(makings) {
         let is_last = number == makings.len();
+        let mut is_made = false;
         for variant in std::iter::once(*making).chain(limits::cheaper(*making)) {
-            match attempt(variant) {
+            let attempted = attempt(variant);
+            is_made |= attempted.is_ok();
+            match attempted {
                 Ok(made) if best.as_ref().is_none_or(|best| made.excess < best.excess) => {
                     best = Some(made);
                 }
@@ -581,7 +585,7 @@ fn first_within(
                 return Ok(best.expect("it was looked at"));
             }
         }
-        if !is_last {
+        if !is_last && is_made {
             let name = making.name();
             console.say(format_args!("  {name} is not within the limits"));
         }

@@ -30,7 +30,7 @@ pub(super) struct VoxelColors<'a> {
     pub colors: &'a [[u8; 3]],
     /// Of the surfaces in them, on the side whose colour it is.
     pub normals: &'a [Vec3],
-    /// Whether what has the colour can be seen.
+    /// Whether the point that the colour is of can be seen.
     pub shown: &'a [bool],
 }
 
@@ -70,17 +70,24 @@ impl Painter<'_> {
 
 impl VoxelColors<'_> {
     /// The colour of the voxels near a place in the grid, the nearer and the more alike in direction the
-    /// more.
+    /// more. Those whose colour nobody sees, as where a surface only passes a corner of them before another,
+    /// have a say where there are no others.
     fn blended(&self, place: Vec3, normal: Vec3) -> [u8; 3] {
-        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
-        for (voxel, weight) in self.index.blended(place) {
-            let alike = normal.dot(self.normals[voxel as usize]);
-            let seen = if self.shown[voxel as usize] {
-                1.0
-            } else {
-                HIDDEN
+        let near = |reach: f32| -> Vec<(u32, f32)> {
+            let weight = |(voxel, center): (u32, Vec3)| {
+                let closeness = (1.0 - (place - center).abs() / reach).max(Vec3::ZERO);
+                (voxel, closeness.element_product())
             };
-            let weight = weight * alike.max(SIDEWAYS) * seen;
+            let near = self.index.near(place, Vec3::splat(reach)).map(weight);
+            near.filter(|(voxel, weight)| *weight > 0.0 && self.shown[*voxel as usize])
+                .collect()
+        };
+        let shown = REACHES.into_iter().map(near).find(|near| !near.is_empty());
+        let near = shown.unwrap_or_else(|| self.index.blended(place));
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for (voxel, weight) in near {
+            let alike = normal.dot(self.normals[voxel as usize]);
+            let weight = weight * alike.max(SIDEWAYS);
             sum += Vec3::from(self.colors[voxel as usize].map(f32::from)) * weight;
             weights += weight;
         }
@@ -88,12 +95,11 @@ impl VoxelColors<'_> {
     }
 }
 
+/// How far away voxels have a say, in voxels: as far as the least of these within which there are some.
+const REACHES: [f32; 3] = [1.0, 2.0, 3.0];
+
 /// What counts of a voxel whose surface faces elsewhere: it has a say where there is no other.
 const SIDEWAYS: f32 = 1e-3;
-
-/// And of a voxel whose colour is that of something hidden, as where a surface only passes a corner of it
-/// before another.
-const HIDDEN: f32 = 1e-4;
 
 /// Normals of the surfaces of samples; where both sides are seen, that on the side of the reference
 /// viewpoint, which the colours are of.

@@ -13,6 +13,8 @@ use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// Viewpoints from which is looked first, at the middles of pixels: corners, edges and faces of the
 /// cell, and within.
@@ -53,7 +55,7 @@ pub(super) struct Sights<'a> {
 impl Sights<'_> {
     /// Voxels whose squares close a mesh: those where one looks through it, although the scene covers a
     /// pixel and those around it, and sees nothing or what is behind; where they do not suffice, those
-    /// around them.
+    /// around them. And in how many pixels one still looks through it then.
     ///
     /// * `seen` - of the scene
     /// * `voxels` - of the stack, `index` them
@@ -63,60 +65,64 @@ impl Sights<'_> {
         mesh: &Mesh,
         voxels: &VoxelLayers<'_>,
         index: &VoxelIndex,
-    ) -> BTreeSet<u32> {
+    ) -> (BTreeSet<u32>, usize) {
         let others = OTHERS.step_by(AT_A_TIME as usize);
         let others = others.map(|first| first..(first + AT_A_TIME).min(OTHERS.end));
-        let mut open = BTreeSet::new();
+        let (mut open, mut left) = (BTreeSet::new(), 0);
         let shrunk = shrunk(mesh, MARGIN);
         let with_margin = std::iter::once(FIRST).chain(others);
         let looks = with_margin.map(|viewpoints| (&shrunk, viewpoints));
         for (mesh, viewpoints) in looks.chain([(mesh, LAST)]) {
-            let mut viewpoints: Vec<u64> = viewpoints.collect();
+            let look = |viewpoints: &[u64], open: &BTreeSet<u32>| {
+                self.gaps(seen, viewpoints, &with_rectangles(mesh, voxels, open))
+            };
+            let mut gaps = look(&viewpoints.collect::<Vec<u64>>(), &open);
             for reach in REACHES {
-                if viewpoints.is_empty() {
+                if gaps.is_empty() {
                     break;
                 }
-                let closed = with_rectangles(mesh, voxels, &open);
-                let gaps = self.gaps(seen, &viewpoints, &closed);
                 let near = |(_, gap): &(u64, Vec3)| index.near(*gap, Vec3::splat(reach));
                 open.extend(gaps.iter().flat_map(near).map(|(voxel, _)| voxel));
-                viewpoints = gaps.into_iter().map(|(viewpoint, _)| viewpoint).collect();
+                let mut viewpoints: Vec<u64> =
+                    gaps.iter().map(|(viewpoint, _)| *viewpoint).collect();
                 viewpoints.dedup();
+                gaps = look(&viewpoints, &open);
             }
+            left += gaps.len();
         }
-        open
+        (open, left)
     }
 
-    /// What the first viewpoints see of the scene, as a scene of its own, and which points of its surface:
-    /// those that lie no deeper than something in their pixel or around it. What they miss is little, and
-    /// costs as much as the rest.
+    /// What the first viewpoints see of the scene, as a scene of its own: what they miss is little, and costs
+    /// as much as the rest. And which points of its surface they see: those before which nothing is, as far
+    /// as a pixel and those around it can tell.
     pub(super) fn seen(&self, points: &[DVec3]) -> (Scene, Vec<bool>) {
+        let shown: Vec<AtomicBool> = points.iter().map(|_| AtomicBool::new(false)).collect();
         let of_view = |viewpoint| {
             let view = self.view(viewpoint);
-            let seen = rasterize(self.scene, self.textures, &view);
-            let drawn = seen.objects.cells().iter().zip(seen.triangles.cells());
+            let picture = rasterize(self.scene, self.textures, &view);
+            let farthest = farthest(&picture.depth);
+            for (point, shown) in points.iter().zip(&shown) {
+                if !shown.load(Relaxed) && is_before(*point, &view, &farthest) {
+                    shown.store(true, Relaxed);
+                }
+            }
+            let drawn = picture
+                .objects
+                .cells()
+                .iter()
+                .zip(picture.triangles.cells());
             let drawn = drawn.filter(|(object, _)| **object != farfield_sampling::NONE);
-            let drawn: BTreeSet<[u32; 2]> = drawn
+            drawn
                 .map(|(object, triangle)| [*object, *triangle])
-                .collect();
-            let farthest = greatest_of_nine(&seen.depth, f64::INFINITY, f64::max);
-            let is_shown = |point: &DVec3| {
-                let in_view = view.pose.point_in_view(*point);
-                let [x, y] = view.pixel_from_view(in_view).to_array();
-                let is_within = in_view.z > 0.0
-                    && (0.0..f64::from(view.width)).contains(&x)
-                    && (0.0..f64::from(view.height)).contains(&y);
-                is_within && in_view.z <= farthest[(x as usize, y as usize)]
-            };
-            (drawn, points.iter().map(is_shown).collect())
+                .collect()
         };
-        let none = || (BTreeSet::new(), vec![false; points.len()]);
         let views = FIRST.into_par_iter().map(of_view);
-        let (drawn, shown) = views.reduce(none, |mut all, of_view| {
-            all.0.extend(of_view.0);
-            all.1.iter_mut().zip(of_view.1).for_each(|(a, b)| *a |= b);
+        let drawn: BTreeSet<[u32; 2]> = views.reduce(BTreeSet::new, |mut all, of_view| {
+            all.extend(of_view);
             all
         });
+        let shown = shown.into_iter().map(AtomicBool::into_inner).collect();
         (self.scene.drawing_only(&drawn), shown)
     }
 
@@ -186,6 +192,26 @@ impl Sights<'_> {
     }
 }
 
+/// The greatest depth of a surface in each pixel and the eight around it; infinite where there is none, and 0
+/// at the picture's border, where nothing is known.
+fn farthest(depths: &Grid<f64>) -> Grid<f64> {
+    greatest_of_nine(depths, 0.0, |a, b| match (a.is_finite(), b.is_finite()) {
+        (true, false) => a,
+        (false, true) => b,
+        _ => a.max(b),
+    })
+}
+
+/// Whether a point is in a picture, and no deeper than what the picture shows around it.
+fn is_before(point: DVec3, view: &Camera, farthest: &Grid<f64>) -> bool {
+    let in_view = view.pose.point_in_view(point);
+    let [x, y] = view.pixel_from_view(in_view).to_array();
+    let is_within = in_view.z > 0.0
+        && (0.0..f64::from(view.width)).contains(&x)
+        && (0.0..f64::from(view.height)).contains(&y);
+    is_within && in_view.z <= farthest[(x as usize, y as usize)]
+}
+
 /// From where is looked: first from corners, edges and faces of the cell, then from more of these and
 /// from within.
 fn eye(cell: &ViewCell, viewpoint: u64) -> DVec3 {
@@ -242,4 +268,32 @@ fn bare(positions: &[DVec3], triangles: &[[u32; 3]], origin: DVec3) -> Scene {
     };
     farfield_pages::place_as_object(&mut scene, "", origin);
     scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    /// A wall two metres away fills the left half of a picture: what is behind it is hidden, also a pixel
+    /// beside it, and what is before it or well beside it is not. What is at the border or outside of the
+    /// picture is not seen.
+    #[test]
+    fn what_is_behind_a_wall_is_hidden() {
+        let view = Camera::looking_at(DVec3::ZERO, DVec3::NEG_Z, FRAC_PI_2, 8);
+        let mut depths = Grid::filled(8, 8, f64::INFINITY);
+        (0..8).for_each(|y| depths.row_mut(y)[..4].fill(2.0));
+        let farthest = farthest(&depths);
+        let is_shown = |x: f64, depth: f64| {
+            let in_view = view.view_from_pixel(DVec2::new(x, 3.5), depth);
+            is_before(view.pose.point_in_world(in_view), &view, &farthest)
+        };
+        let columns = [1.5, 3.5, 4.5, 5.5, 6.5];
+        assert_eq!(columns.map(|x| is_shown(x, 1.9)), [true; 5]);
+        assert_eq!(
+            columns.map(|x| is_shown(x, 2.1)),
+            [false, false, false, true, true]
+        );
+        assert_eq!([-0.5, 0.5, 7.5, 8.5].map(|x| is_shown(x, 1.9)), [false; 4]);
+    }
 }

@@ -19,7 +19,7 @@ use farfield_sampling::{Lighting, Textures, sample_colors};
 use farfield_scene::{AlphaMode, Material, Scene};
 use farfield_tdm::{Chart, Mesh, VoxelIndex, VoxelLayers, charts, initial_mesh, pieces, simplify};
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 
 /// Bakes one textured depth mesh of a part of the scene that the textures are of; `None` where nothing
 /// of it can be seen.
@@ -70,9 +70,15 @@ pub(super) fn bake(
         .map(|sample| sample.hit.point_in_world(scene))
         .collect();
     let (seen, shown) = console.stage("look", || sights.seen(&hits));
-    let open = console.stage("look through", || {
+    let (open, left) = console.stage("look through", || {
         sights.open_voxels(&seen, &simple, &voxels, &VoxelIndex::new(&voxels))
     });
+    if left > 0 {
+        console.warn(format_args!(
+            "one looks through the mesh in {left} pixels of some thousand pictures, which no voxels around \
+             close: a lower --enlarge makes it denser, and verify tells what is seen of them"
+        ));
+    }
     let (positions, mut triangles) = with_rectangles(&simple, &voxels, &open);
     let place = |p: &Vec3| projection.point_in_world(p.as_dvec3());
     let world: Vec<DVec3> = positions.iter().map(place).collect();
@@ -137,8 +143,12 @@ pub(super) fn bake(
 /// The voxels that a mesh and rectangles stand for. Others, right behind what is in front, are not to shine
 /// through where the mesh lies between.
 fn displayed(voxels: &VoxelLayers<'_>, mesh: &Mesh, open: &BTreeSet<u32>) -> VoxelIndex {
-    let standing: HashSet<u32> = mesh.voxels.iter().flatten().chain(open).copied().collect();
-    VoxelIndex::of(voxels, |voxel| standing.contains(&voxel))
+    let count = voxels.layers.iter().map(Vec::len).sum();
+    let mut standing = vec![false; count];
+    for voxel in mesh.voxels.iter().flatten().chain(open) {
+        standing[*voxel as usize] = true;
+    }
+    VoxelIndex::of(voxels, |voxel| standing[voxel as usize])
 }
 
 /// What is displayed: one object, one mesh, an opaque, unlit material a page, seen from both sides, as
