@@ -5,8 +5,8 @@ use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The squares of some voxels, in the middle of their layers, joined to rectangles where several are side
-/// by side in a layer: positions of corners, and triangles. Together they close whatever the voxels do, as
-/// textured quads would.
+/// by side in a layer: positions of corners, and triangles. They reach a quarter of a voxel over what they
+/// are of. Together they close whatever the voxels do, as textured quads would.
 ///
 /// * `chosen` - numbers of voxels
 pub fn rectangles(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3>, Vec<[u32; 3]>) {
@@ -21,8 +21,10 @@ pub fn rectangles(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3
             .collect();
         for [min, max] in joined(&places) {
             let start = positions.len() as u32;
+            let [min, max] = [(min, -OVERLAP), (max, OVERLAP)]
+                .map(|(corner, overlap)| corner.map(|at| at as f32 + overlap));
             let corners = [[min[0], min[1]], [min[0], max[1]], max, [max[0], min[1]]];
-            let corner = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, voxels.middle(l));
+            let corner = |[x, y]: [f32; 2]| Vec3::new(x, y, voxels.middle(l));
             positions.extend(corners.map(corner));
             triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|v| start + v)));
         }
@@ -30,6 +32,10 @@ pub fn rectangles(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3
     }
     (positions, triangles)
 }
+
+/// By how much rectangles reach over their voxels, in voxels: a line of sight may pass where two voxels touch
+/// only at their corners, as a surface that touches a third by a hair is not always found there.
+const OVERLAP: f32 = 0.25;
 
 /// Runs of places in a row, joined with those of the same length in the row before: least and greatest
 /// corners, x first.
@@ -125,7 +131,8 @@ mod tests {
                 };
                 let sides = (max - min).truncate();
                 assert_eq!(both.iter().map(|t| area(*t)).sum::<f32>(), sides.element_product());
-                (min, max)
+                let overlap = Vec3::new(OVERLAP, OVERLAP, 0.0);
+                (min + overlap, max - overlap)
             });
             let all: Vec<(Vec3, Vec3)> = of_both.collect();
             for (voxel, place) in (0..).zip(&boxes) {
