@@ -348,11 +348,11 @@ pub(crate) fn promise(space: &ViewSpace, missed: &[u64]) -> Promise {
     let missing = count - missed.partition_point(|pixels| *pixels == 0);
     let clean = sure_share(count as u64, missing as u64);
     let (most, share, found) = if clean >= PROMISED_SHARE {
-        let missing = match missing {
-            0 => "none".into(),
-            some => some.to_string(),
+        let found = match missing {
+            0 => "none missed any pixel".into(),
+            some => format!("{some} missed any pixel, the worst {}", missed[count - 1]),
         };
-        (0, clean, format!("{missing} missed any"))
+        (0, clean, found)
     } else {
         (
             percentile(missed, MEASURED_SHARE),
