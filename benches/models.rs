@@ -43,6 +43,12 @@ pub(crate) const DENSE: [Entry; 4] = [
 /// Few triangles with photographs of facades.
 pub(crate) const CITY: [Entry; 1] = [("city_tokyo_lod2_b", [0.0, 25.0, 300.0], [60.0, 40.0, 60.0])];
 
+/// What photographs are on: a car and a helmet.
+pub(crate) const TEXTURED: [Entry; 2] = [
+    ("CesiumMilkTruck", [0.0, 1.3, 9.0], [3.0, 2.0, 3.0]),
+    ("FlightHelmet", [0.0, 0.36, 1.6], [0.4; 3]),
+];
+
 /// Many triangles, from far away and from near: few layers and many.
 pub(crate) const LARGE: [Entry; 2] = [
     ("stanford_dragon", [0.0, 0.12, 0.5], [0.1; 3]),

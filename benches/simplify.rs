@@ -10,7 +10,7 @@ use xtask::{Console, Device, peak_rss_bytes, voxelize};
 
 /// Sides of the pictures for which the house is looked at, smallest first, as the peak of memory is
 /// that of all so far.
-const RESOLUTIONS: [u32; 4] = [256, 362, 512, 1024];
+const RESOLUTIONS: [u32; 5] = [256, 362, 512, 1024, 1200];
 
 /// Side of an enlarged voxel, in voxels.
 const ENLARGED: f32 = 1.5;

@@ -48,7 +48,8 @@ pub(crate) fn tables() {
     }
     let all = models::read(&models::DENSE)
         .into_iter()
-        .chain(models::read(&models::CITY));
+        .chain(models::read(&models::CITY))
+        .chain(models::read(&models::TEXTURED));
     for model in all {
         row(model.name, &model, None);
     }

@@ -258,7 +258,7 @@ fn the_cheaper_technique_is_used() {
     assert!(contents(&dir) == chosen, "the choice changes the bundle");
 
     // Layers are thought to be better, but are larger than a mesh.
-    let near = || options_in_cell(house(), "box:0,50,180:100,100,100", 256, &dir);
+    let near = || options_in_cell(house(), "box:0,50,250:100,100,100", 256, &dir);
     let of_mesh = bytes(&baked(BakeOptions {
         making: Making::Tdm { enlarged: 1.5 },
         ..near()
