@@ -75,13 +75,7 @@ impl VoxelIndex {
     ///
     /// When there are no voxels, or the place is farther from all of them than any grid is large.
     pub fn blended(&self, place: Vec3) -> Vec<(u32, f32)> {
-        let distance = |center: Vec3| (place - center).abs();
-        let weight = |(id, center): (u32, Vec3)| {
-            let near = (1.0 - distance(center)).max(Vec3::ZERO);
-            (id, near.element_product())
-        };
-        let weighted = self.near(place, Vec3::ONE).map(weight);
-        let blended: Vec<_> = weighted.filter(|(_, weight)| *weight > 0.0).collect();
+        let blended: Vec<_> = self.weighted(place, 1.0).collect();
         if !blended.is_empty() {
             return blended;
         }
@@ -90,7 +84,7 @@ impl VoxelIndex {
             reach *= 2.0;
             let near = self.near(place, Vec3::splat(reach));
             let by_distance = near.min_by(|a, b| {
-                let [a, b] = [a, b].map(|one| distance(one.1).max_element());
+                let [a, b] = [a, b].map(|one| (place - one.1).abs().max_element());
                 a.total_cmp(&b)
             });
             if let Some((id, _)) = by_distance {
@@ -98,6 +92,17 @@ impl VoxelIndex {
             }
             assert!(reach < FARTHEST, "there is no voxel at all");
         }
+    }
+
+    /// The voxels around a place, and how much each has to say of it: linearly less with the distance of its
+    /// centre along each axis, nothing from `reach` voxels on.
+    pub fn weighted(&self, place: Vec3, reach: f32) -> impl Iterator<Item = (u32, f32)> {
+        let weight = move |(id, center): (u32, Vec3)| {
+            let closeness = (1.0 - (place - center).abs() / reach).max(Vec3::ZERO);
+            (id, closeness.element_product())
+        };
+        let near = self.near(place, Vec3::splat(reach)).map(weight);
+        near.filter(|(_, weight)| *weight > 0.0)
     }
 
     /// The voxels whose centres are at most `reach` from a point along each axis: their numbers and

@@ -74,12 +74,9 @@ impl VoxelColors<'_> {
     /// have a say where there are no others.
     fn blended(&self, place: Vec3, normal: Vec3) -> [u8; 3] {
         let near = |reach: f32| -> Vec<(u32, f32)> {
-            let weight = |(voxel, center): (u32, Vec3)| {
-                let closeness = (1.0 - (place - center).abs() / reach).max(Vec3::ZERO);
-                (voxel, closeness.element_product())
-            };
-            let near = self.index.near(place, Vec3::splat(reach)).map(weight);
-            near.filter(|(voxel, weight)| *weight > 0.0 && self.shown[*voxel as usize])
+            let weighted = self.index.weighted(place, reach);
+            weighted
+                .filter(|(voxel, _)| self.shown[*voxel as usize])
                 .collect()
         };
         let shown = REACHES.into_iter().map(near).find(|near| !near.is_empty());
