@@ -33,8 +33,8 @@ pub fn rectangles(voxels: &VoxelLayers<'_>, chosen: &BTreeSet<u32>) -> (Vec<Vec3
     (positions, triangles)
 }
 
-/// By how much rectangles reach over their voxels, in voxels: a line of sight may pass where two voxels touch
-/// only at their corners, as a surface that touches a third by a hair is not always found there.
+/// By how much rectangles reach over their voxels, in voxels: a line of sight may pass by a hair where two
+/// voxels touch only at their corners. Quads of layers are drawn over their texels as well.
 const OVERLAP: f32 = 0.25;
 
 /// Runs of places in a row, joined with those of the same length in the row before: least and greatest
